@@ -1,0 +1,407 @@
+//! The drawing: canvas size, shared boundary curves, the regions and stipples that they bound, and how it all was made.
+//!
+//! # Representation
+//! Every boundary curve is stored once, in [`Drawing::curves`], and shared by the two components that it separates. A region's
+//! [`Ring`] names curves (forward or reversed), stipples whose outline is its hole, and corners of the frame. So neighbours
+//! fit exactly, and the areas of all regions and stipples add up to the canvas.
+//!
+//! The same data expresses the picture in two ways (section 4 of the paper has the first): *layered*, where each region is the
+//! filled disc of its exterior ring and what lies inside it is painted over it; and *flat*, where each region is its exterior
+//! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
+//! container is always on the level below. So painting level by level is as good as painting one by one.
+
+use kurbo::{BezPath, PathEl, Point, Shape};
+use serde::{Deserialize, Serialize};
+
+use crate::params::Options;
+
+/// What a mark is drawn with. Its number is the label of its nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ink {
+    /// Label 0.
+    Black = 0,
+    /// Label 1: the paper.
+    White = 1,
+}
+
+impl Ink {
+    /// The ink of a label: 0 is black, anything else white.
+    pub fn of_label(label: u8) -> Self {
+        if label == 0 { Self::Black } else { Self::White }
+    }
+}
+
+/// A component of one node, drawn as a dot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stipple {
+    /// Centre in pixels.
+    pub x: f64,
+    /// Centre in pixels.
+    pub y: f64,
+    /// Radius in pixels, above 0.
+    pub radius: f64,
+    /// What it is drawn with.
+    pub ink: Ink,
+    /// Component id.
+    pub component: u32,
+    /// How many marks lie under it in the layered way; see [`Region::level`].
+    pub level: u32,
+}
+
+/// A component of two or more nodes (or of one that the canvas cuts into more than a dot), drawn as a closed path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// What it is drawn with.
+    pub ink: Ink,
+    /// Component id.
+    pub component: u32,
+    /// Depth in the layered picture: 0 is white that touches the frame (the paper itself), 1 is black that touches the frame or
+    /// lies in such white, and every mark lies one level above the mark that contains it. Even levels are white, odd ones black.
+    pub level: u32,
+    /// The outer boundary; its signed area (x right, y down) is positive.
+    pub exterior: Ring,
+    /// The inner boundaries; their signed areas are negative.
+    pub holes: Vec<Ring>,
+    /// Area that the exterior encloses, holes included, in px^2.
+    pub enclosed_area: f64,
+}
+
+/// A closed boundary, as the pieces it runs along.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Ring {
+    /// The pieces, in order.
+    pub parts: Vec<RingPart>,
+}
+
+/// A piece of a ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RingPart {
+    /// A boundary curve, by its index in [`Drawing::curves`].
+    Curve {
+        /// Which one.
+        index: u32,
+        /// Whether the ring runs against the curve's own direction.
+        reversed: bool,
+    },
+    /// The outline of a stipple (the part inside the canvas), by its index in [`Drawing::stipples`], as the boundary of what surrounds it.
+    Stipple {
+        /// Which one.
+        index: u32,
+    },
+    /// A corner of the frame: x, y.
+    Corner(f64, f64),
+}
+
+/// A mark in the layered order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// Index in [`Drawing::stipples`].
+    Stipple(u32),
+    /// Index in [`Drawing::regions`].
+    Region(u32),
+}
+
+/// How a drawing was made: enough to make it again from the same photo. Holds no times, paths or thread counts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of graphstipple.
+    pub version: String,
+    /// Where the importance came from: `saliency`, `none`, `constant:V` or `map`.
+    pub importance: String,
+    /// The options.
+    pub options: Options,
+}
+
+/// What was counted and timed (DESIGN 2.6 of the project's docs; Table 4 of the paper has stipples, regions and vertices).
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Stats {
+    /// Width of the canvas in pixels.
+    pub width: usize,
+    /// Height of the canvas in pixels.
+    pub height: usize,
+    /// Lattice nodes per pixel.
+    pub density: f64,
+    /// Nodes of the first graph.
+    pub lattice_nodes: usize,
+    /// The node budget; `None` when the importance alone decides.
+    pub node_budget: Option<usize>,
+    /// The factor on the importance that meets the budget; 1 without one.
+    pub importance_factor: f64,
+    /// Nodes of the second graph.
+    pub nodes: usize,
+    /// Components drawn as dots.
+    pub stipples: usize,
+    /// Components drawn as closed paths.
+    pub regions: usize,
+    /// Midpoints of crossing edges that region boundaries pass through, plus stipples: before smoothing and simplification.
+    pub vertices: usize,
+    /// On-curve points written; a dot counts one.
+    pub anchors: usize,
+    /// Coordinate pairs written, control points included; a dot counts one.
+    pub coordinates: usize,
+    /// Seconds each stage took, and `total`.
+    pub seconds: std::collections::BTreeMap<String, f64>,
+}
+
+/// The vector result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    /// Width of the canvas in pixels.
+    pub width: usize,
+    /// Height of the canvas in pixels.
+    pub height: usize,
+    /// The shared boundary curves of the regions: closed ones end with `ClosePath`, open ones begin and end on the frame.
+    pub curves: Vec<BezPath>,
+    /// The dots, by component id.
+    pub stipples: Vec<Stipple>,
+    /// The regions, by component id.
+    pub regions: Vec<Region>,
+    /// All marks by the area that their exteriors enclose, largest first, ties by component id: a mark follows its container.
+    pub order: Vec<Mark>,
+    /// How it was made.
+    pub provenance: Provenance,
+}
+
+/// All marks of one level, in the drawing's order; they share their ink and are disjoint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// What they are drawn with.
+    pub ink: Ink,
+    /// The marks.
+    pub marks: Vec<Mark>,
+}
+
+/// How far a flattened outline may lie from the true curve in `regions` and `area`, in pixels: a twentieth of a pixel is below
+/// what any raster or plotter shows, and costs about twice the points of a quarter.
+pub const FLATTENING_TOLERANCE: f64 = 0.05;
+
+impl Drawing {
+    /// The marks to paint on white paper, level by level from the lowest. Level 0 (white that touches the frame) is the paper
+    /// itself and is left out.
+    pub fn levels(&self) -> Vec<Level> {
+        let mut levels: Vec<Level> = Vec::new();
+        for &mark in &self.order {
+            let (level, ink) = match mark {
+                Mark::Stipple(i) => (self.stipples[i as usize].level, self.stipples[i as usize].ink),
+                Mark::Region(i) => (self.regions[i as usize].level, self.regions[i as usize].ink),
+            };
+            let level = level as usize;
+            while levels.len() <= level {
+                let ink = if levels.len() % 2 == 0 { Ink::White } else { Ink::Black };
+                levels.push(Level { ink, marks: Vec::new() });
+            }
+            debug_assert_eq!(levels[level].ink, ink);
+            levels[level].marks.push(mark);
+        }
+        if !levels.is_empty() {
+            levels.remove(0);
+        }
+        levels.retain(|level| !level.marks.is_empty());
+        levels
+    }
+
+    /// The path of a ring with its true curves; a stipple's outline is a polygon within `tolerance` px of its circle.
+    pub fn ring_path(&self, ring: &Ring, tolerance: f64) -> BezPath {
+        let mut path = BezPath::new();
+        for part in &ring.parts {
+            match *part {
+                RingPart::Curve { index, reversed: false } => extend(&mut path, self.curves[index as usize].iter()),
+                RingPart::Curve { index, reversed: true } => {
+                    extend(&mut path, self.curves[index as usize].reverse_subpaths().iter())
+                }
+                RingPart::Stipple { index } => {
+                    // The surrounding region runs along a dot against the dot's own direction.
+                    let points = self.stipple_outline(index as usize, tolerance);
+                    extend_points(&mut path, points.iter().rev());
+                }
+                RingPart::Corner(x, y) => extend_points(&mut path, [[x, y]].iter()),
+            }
+        }
+        path.close_path();
+        path
+    }
+
+    /// The polygon of a stipple: as many sides as keep it within `tolerance` px of its circle, with exactly the circle's area, cut
+    /// off at the frame. Runs in the positive direction; where the frame cuts it, the first and last points lie on the frame.
+    pub fn stipple_outline(&self, index: usize, tolerance: f64) -> Vec<[f64; 2]> {
+        let stipple = &self.stipples[index];
+        circle_polygon([stipple.x, stipple.y], stipple.radius, [self.width as f64, self.height as f64], tolerance)
+    }
+
+    /// A region's exterior and holes as polygons, flattened within `tolerance` px. Rings that two marks share have the same points.
+    pub fn region_rings(&self, index: usize, tolerance: f64) -> (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>) {
+        let region = &self.regions[index];
+        let flatten = |ring: &Ring| self.flatten_ring(ring, tolerance);
+        (flatten(&region.exterior), region.holes.iter().map(flatten).collect())
+    }
+
+    fn flatten_ring(&self, ring: &Ring, tolerance: f64) -> Vec<[f64; 2]> {
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for part in &ring.parts {
+            let piece = match *part {
+                RingPart::Curve { index, reversed } => {
+                    let mut piece = flatten_path(&self.curves[index as usize], tolerance);
+                    if reversed {
+                        piece.reverse();
+                    }
+                    piece
+                }
+                RingPart::Stipple { index } => {
+                    let mut piece = self.stipple_outline(index as usize, tolerance);
+                    piece.reverse();
+                    piece
+                }
+                RingPart::Corner(x, y) => vec![[x, y]],
+            };
+            for point in piece {
+                if points.last() != Some(&point) {
+                    points.push(point);
+                }
+            }
+        }
+        if points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        }
+        points
+    }
+
+    /// Area of a region without its holes, in px^2, as flattened to [`FLATTENING_TOLERANCE`].
+    pub fn region_area(&self, index: usize) -> f64 {
+        let (exterior, holes) = self.region_rings(index, FLATTENING_TOLERANCE);
+        signed_area(&exterior) + holes.iter().map(|hole| signed_area(hole)).sum::<f64>()
+    }
+
+    /// On-curve points and coordinate pairs that the layered picture is written with; a dot counts one.
+    pub fn count_written(&self) -> (usize, usize) {
+        let (mut anchors, mut coordinates) = (0, 0);
+        for mark in self.levels().iter().flat_map(|level| &level.marks) {
+            let Mark::Region(index) = *mark else {
+                anchors += 1;
+                coordinates += 1;
+                continue;
+            };
+            let path = self.ring_path(&self.regions[index as usize].exterior, FLATTENING_TOLERANCE);
+            if closes_on_its_start(&path) {
+                anchors -= 1;
+                coordinates -= 1;
+            }
+            for element in path.elements() {
+                let (on_curve, pairs) = match element {
+                    PathEl::MoveTo(_) | PathEl::LineTo(_) => (1, 1),
+                    PathEl::QuadTo(..) => (1, 2),
+                    PathEl::CurveTo(..) => (1, 3),
+                    PathEl::ClosePath => (0, 0),
+                };
+                anchors += on_curve;
+                coordinates += pairs;
+            }
+        }
+        (anchors, coordinates)
+    }
+}
+
+/// Whether the last drawn point of a closed path is its first one again: the same point, written once.
+pub(crate) fn closes_on_its_start(path: &BezPath) -> bool {
+    let elements = path.elements();
+    let last = elements.iter().rev().find_map(PathEl::end_point);
+    elements.len() > 2 && elements.first().and_then(PathEl::end_point) == last
+}
+
+/// Appends a curve to a ring's path: its first point joins by a line unless the path is already there, and its close is dropped.
+fn extend(path: &mut BezPath, elements: impl Iterator<Item = PathEl>) {
+    for element in elements {
+        match element {
+            PathEl::MoveTo(p) => extend_points(path, [[p.x, p.y]].iter()),
+            PathEl::ClosePath => {}
+            other => path.push(other),
+        }
+    }
+}
+
+fn extend_points<'a>(path: &mut BezPath, points: impl Iterator<Item = &'a [f64; 2]>) {
+    for point in points {
+        let p = Point::new(point[0], point[1]);
+        match path.elements().last().and_then(PathEl::end_point) {
+            None => path.move_to(p),
+            Some(last) if last == p => {}
+            Some(_) => path.line_to(p),
+        }
+    }
+}
+
+/// The points of a path's only subpath, flattened within `tolerance`; the closing point is not repeated.
+fn flatten_path(path: &BezPath, tolerance: f64) -> Vec<[f64; 2]> {
+    let mut points = Vec::with_capacity(path.elements().len() * 2);
+    kurbo::flatten(path.iter(), tolerance, |element| {
+        if let Some(p) = element.end_point() {
+            points.push([p.x, p.y]);
+        }
+    });
+    points
+}
+
+/// Twice-halved shoelace sum: positive when the ring turns from +x towards +y.
+pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
+    let mut sum = 0.0;
+    for (i, p) in ring.iter().enumerate() {
+        let q = ring[(i + 1) % ring.len()];
+        sum += p[0] * q[1] - q[0] * p[1];
+    }
+    sum / 2.0
+}
+
+/// See [`Drawing::stipple_outline`].
+pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, canvas: [f64; 2], tolerance: f64) -> Vec<[f64; 2]> {
+    // A chord of half-angle h lies radius * (1 - cos h) inside the circle; half a tolerance each way once the area is corrected.
+    let half = libm::acos((1.0 - (tolerance / radius).min(0.5)).max(0.5));
+    let sides = (libm::ceil(std::f64::consts::PI / half) as usize).clamp(8, 256);
+    let step = std::f64::consts::TAU / sides as f64;
+    // A polygon with circumradius R has the area n/2 R^2 sin(2 pi / n); this R gives pi r^2.
+    let corrected = radius * libm::sqrt(step / libm::sin(step));
+    let vertex = |k: usize| {
+        let angle = (k as f64 + 0.5) * step;
+        [centre[0] + corrected * libm::cos(angle), centre[1] + corrected * libm::sin(angle)]
+    };
+    let inside = |p: [f64; 2]| p[0] > 0.0 && p[1] > 0.0 && p[0] < canvas[0] && p[1] < canvas[1];
+    let vertices: Vec<[f64; 2]> = (0..sides).map(vertex).collect();
+    let Some(first_out) = vertices.iter().position(|p| !inside(*p)) else {
+        return vertices;
+    };
+    // Walk once around from a vertex outside the canvas; the outline keeps one run inside it (radii are chosen so).
+    let mut run: Vec<[f64; 2]> = Vec::new();
+    for k in 0..sides {
+        let (p, q) = (vertices[(first_out + k) % sides], vertices[(first_out + k + 1) % sides]);
+        match (inside(p), inside(q)) {
+            (false, true) => run.extend([frame_crossing(q, p, canvas), q]),
+            (true, true) => run.push(q),
+            (true, false) => run.push(frame_crossing(p, q, canvas)),
+            (false, false) => {}
+        }
+    }
+    run
+}
+
+/// Where the segment from `p` inside the canvas to `q` outside meets the frame, exactly on it.
+fn frame_crossing(p: [f64; 2], q: [f64; 2], canvas: [f64; 2]) -> [f64; 2] {
+    let mut best = (1.0, q);
+    for axis in 0..2 {
+        for limit in [0.0, canvas[axis]] {
+            let beyond = if limit == 0.0 { q[axis] <= limit } else { q[axis] >= limit };
+            if beyond && q[axis] != p[axis] {
+                let t = (limit - p[axis]) / (q[axis] - p[axis]);
+                if t <= best.0 {
+                    let mut point = [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])];
+                    point[axis] = limit;
+                    best = (t, point);
+                }
+            }
+        }
+    }
+    best.1
+}
+
+/// Area that a closed path encloses, in px^2, positive when it turns from +x towards +y.
+pub(crate) fn path_area(path: &BezPath) -> f64 {
+    path.area()
+}

@@ -1,0 +1,32 @@
+//! What can go wrong, as one enum: every message names what is wrong, the value, and what is allowed.
+
+/// An error of the core. Its text is one sentence meant for the user.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An option is out of its range.
+    #[error("{option} is {value}, but it must be {allowed}")]
+    Option {
+        /// The option's name, as in [`crate::Options`].
+        option: &'static str,
+        /// The value that was given.
+        value: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// An input array or a stage's argument breaks a rule: shapes differ, a value is not finite, and the like.
+    #[error("{0}")]
+    Input(String),
+    /// An image file's bytes cannot be read as an image.
+    #[error("{0}")]
+    Decode(String),
+    /// The caller asked to stop through [`crate::Control::cancel`].
+    #[error("the work was cancelled")]
+    Cancelled,
+    /// A rule that the program itself must keep is broken: a defect of graphstipple.
+    #[error("internal error, please report it: {0}")]
+    Internal(String),
+}
+
+/// The core's result type.
+pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -1,0 +1,210 @@
+//! A field: a float raster in [0, 1], and the one place where axes, pixel centres and units are defined.
+//!
+//! Everywhere in graphstipple x runs right and y runs down, in pixels of the input image. The pixel in column c and row r covers
+//! `[c, c+1) x [r, r+1)`; its centre is `(c + 0.5, r + 0.5)`. Rasters are row-major. 0 is black, 1 is white.
+//! What this module does not do: colour (see [`crate::tone`]) and cells (see [`crate::voronoi`]).
+
+use crate::error::{Error, Result};
+
+/// The longest side that an image may have, in pixels. It keeps every pixel and sample index within 32 bits a side, and
+/// every coordinate exact in the 1/8 px units of the SVG.
+pub const MAX_SIDE: usize = 65_535;
+
+/// A float raster in [0, 1], row-major.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+}
+
+impl Field {
+    /// A field of `width` x `height` values, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a side is 0 or above [`MAX_SIDE`], the number of values is not `width * height`, or a value is not in [0, 1].
+    pub fn new(width: usize, height: usize, values: Vec<f32>) -> Result<Self> {
+        check_size(width, height)?;
+        if values.len() != width * height {
+            return Err(Error::Input(format!(
+                "the field has {} values, but {width} x {height} pixels need {}",
+                values.len(),
+                width * height
+            )));
+        }
+        // A NaN fails both comparisons, so it is caught too.
+        if let Some(i) = values.iter().position(|v| !(*v >= 0.0 && *v <= 1.0)) {
+            return Err(Error::Input(format!(
+                "the value at column {}, row {} is {}, but it must be between 0 and 1",
+                i % width,
+                i / width,
+                values[i]
+            )));
+        }
+        Ok(Self { width, height, values })
+    }
+
+    /// A field that is `value` everywhere.
+    ///
+    /// # Errors
+    /// As [`Field::new`].
+    pub fn constant(width: usize, height: usize, value: f32) -> Result<Self> {
+        check_size(width, height)?;
+        Self::new(width, height, vec![value; width * height])
+    }
+
+    /// Width in pixels, at least 1.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height in pixels, at least 1.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All values, row by row.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// The values, without the size.
+    pub fn into_values(self) -> Vec<f32> {
+        self.values
+    }
+
+    /// The value of the pixel in `column` and `row`.
+    pub fn at(&self, column: usize, row: usize) -> f32 {
+        self.values[row * self.width + column]
+    }
+
+    /// The bilinear value at the point (x, y) in pixels: interpolated between pixel centres, constant beyond the outermost centres.
+    pub fn bilinear(&self, x: f64, y: f64) -> f32 {
+        let axis = |position: f64, length: usize| {
+            let p = (position - 0.5).clamp(0.0, (length - 1) as f64);
+            let low = p as usize;
+            (low, (low + 1).min(length - 1), (p - low as f64) as f32)
+        };
+        let (x0, x1, fx) = axis(x, self.width);
+        let (y0, y1, fy) = axis(y, self.height);
+        let top = self.at(x0, y0) + fx * (self.at(x1, y0) - self.at(x0, y0));
+        let bottom = self.at(x0, y1) + fx * (self.at(x1, y1) - self.at(x0, y1));
+        (top + fy * (bottom - top)).clamp(0.0, 1.0)
+    }
+
+    /// The field at another size: each axis on its own is averaged over the source pixels that a target pixel covers when it
+    /// shrinks, and interpolated linearly when it grows. The same size gives the same values.
+    ///
+    /// # Errors
+    /// As [`Field::new`] for the new size.
+    pub fn resample(&self, width: usize, height: usize) -> Result<Self> {
+        check_size(width, height)?;
+        let columns = AxisWeights::new(self.width, width);
+        let rows = AxisWeights::new(self.height, height);
+        let mut narrow = vec![0.0f32; width * self.height];
+        for (source, target) in self.values.chunks_exact(self.width).zip(narrow.chunks_exact_mut(width)) {
+            for (x, value) in target.iter_mut().enumerate() {
+                *value = columns.of(x).map(|(i, w)| w * source[i]).sum();
+            }
+        }
+        let mut values = vec![0.0f32; width * height];
+        for (y, target) in values.chunks_exact_mut(width).enumerate() {
+            for (i, w) in rows.of(y) {
+                for (value, source) in target.iter_mut().zip(&narrow[i * width..(i + 1) * width]) {
+                    *value += w * source;
+                }
+            }
+            for value in target {
+                *value = value.clamp(0.0, 1.0);
+            }
+        }
+        Ok(Self { width, height, values })
+    }
+}
+
+/// # Errors
+/// [`Error::Input`] if a side is 0 or above [`MAX_SIDE`].
+pub(crate) fn check_size(width: usize, height: usize) -> Result<()> {
+    if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
+        return Err(Error::Input(format!(
+            "the image is {width} x {height} pixels, but each side must be between 1 and {MAX_SIDE}"
+        )));
+    }
+    Ok(())
+}
+
+/// Which source pixels a target pixel takes along one axis, and with what weight (the weights of a target sum to 1).
+struct AxisWeights {
+    first: Vec<usize>,
+    offsets: Vec<usize>,
+    weights: Vec<f32>,
+}
+
+impl AxisWeights {
+    fn new(source: usize, target: usize) -> Self {
+        let scale = source as f64 / target as f64;
+        let mut axis = Self { first: Vec::with_capacity(target), offsets: vec![0], weights: Vec::new() };
+        for t in 0..target {
+            if scale >= 1.0 {
+                let (begin, end) = (t as f64 * scale, (t + 1) as f64 * scale);
+                let first = begin as usize;
+                let last = (end.ceil() as usize).clamp(first + 1, source);
+                axis.first.push(first);
+                for i in first..last {
+                    let covered = end.min((i + 1) as f64) - begin.max(i as f64);
+                    axis.weights.push((covered / scale) as f32);
+                }
+            } else {
+                let p = ((t as f64 + 0.5) * scale - 0.5).clamp(0.0, (source - 1) as f64);
+                let first = (p as usize).min(source.saturating_sub(2));
+                axis.first.push(first);
+                let f = (p - first as f64) as f32;
+                axis.weights.push(1.0 - f);
+                if source > 1 {
+                    axis.weights.push(f);
+                }
+            }
+            axis.offsets.push(axis.weights.len());
+        }
+        axis
+    }
+
+    fn of(&self, target: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
+        let weights = &self.weights[self.offsets[target]..self.offsets[target + 1]];
+        weights.iter().enumerate().map(move |(k, w)| (self.first[target] + k, *w))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rejects_what_is_not_a_field() {
+        assert!(Field::new(0, 1, vec![]).is_err());
+        assert!(Field::new(2, 1, vec![0.0]).is_err());
+        let message = Field::new(2, 1, vec![0.0, f32::NAN]).unwrap_err().to_string();
+        assert_eq!(message, "the value at column 1, row 0 is NaN, but it must be between 0 and 1");
+        assert!(Field::new(1, 1, vec![1.5]).is_err());
+    }
+
+    #[test]
+    fn bilinear_is_exact_at_pixel_centres_and_constant_outside() {
+        let field = Field::new(2, 2, vec![0.0, 1.0, 0.5, 0.25]).unwrap();
+        assert_eq!(field.bilinear(0.5, 0.5), 0.0);
+        assert_eq!(field.bilinear(1.5, 1.5), 0.25);
+        assert_eq!(field.bilinear(1.0, 0.5), 0.5);
+        assert_eq!(field.bilinear(-3.0, 9.0), 0.5);
+    }
+
+    #[test]
+    fn resample_keeps_the_mean_and_the_identity() {
+        let values: Vec<f32> = (0..35).map(|i| (i * 13 % 35) as f32 / 34.0).collect();
+        let field = Field::new(7, 5, values).unwrap();
+        assert_eq!(field.resample(7, 5).unwrap(), field);
+        let mean = |f: &Field| f.values().iter().sum::<f32>() / f.values().len() as f32;
+        assert!((mean(&field.resample(3, 2).unwrap()) - mean(&field)).abs() < 1e-6);
+        let one = Field::new(1, 1, vec![0.3]).unwrap().resample(4, 3).unwrap();
+        assert!(one.values().iter().all(|v| (*v - 0.3).abs() < 1e-6));
+    }
+}
