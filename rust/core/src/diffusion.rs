@@ -1,1 +1,317 @@
-//! diffusion
+//! Priority error diffusion on a graph: labels every node 0 or 1 (section 3.3 of the paper; both phases use this routine).
+//!
+//! Nodes are labelled in order of decreasing `|I - 0.5|` by their *current* value I, ties by index, and pass a share alpha of
+//! their error on to their unlabelled neighbours, by weights that fall with the difference of starting values and with distance.
+//!
+//! # Readings of the paper
+//! - Weights are normalised to sum 1, since alpha = 1 is said to preserve tone; unnormalised, six neighbours would receive up to
+//!   six times the error.
+//! - The printed condition of the alpha rule, sign(e) = sign(I0 - 0.5), makes alpha 0 for every node whose value is in range.
+//!   The rule here asks on which side of 0.5 the *label* fell.
+//! - The local mean is over one ring by default; the paper says only "local average intensity".
+//! - Distances are in pixels.
+//!
+//! Values are never clamped; an error with no unlabelled neighbour left is dropped.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::graph::Adjacency;
+use crate::params::{Alpha, Options};
+
+/// The parameters of one diffusion; ranges as in [`Options`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diffusion {
+    /// Weight of the difference of starting values.
+    pub k1: f64,
+    /// Weight of the distance, per pixel.
+    pub k2: f64,
+    /// Dynamic alpha where there is no detail.
+    pub base: f64,
+    /// Growth of dynamic alpha with `|I0 - A|`: the paper's lambda.
+    pub detail_gain: f64,
+    /// Radius of the local mean A, in rings of neighbours, at least 1.
+    pub rings: u32,
+    /// Share of the error that is passed on.
+    pub alpha: Alpha,
+}
+
+impl Diffusion {
+    /// The diffusion of importance over the lattice.
+    pub fn of_importance(options: &Options) -> Self {
+        Self { alpha: options.importance_alpha, ..Self::of_tone(options) }
+    }
+
+    /// The diffusion of tone over the second graph.
+    pub fn of_tone(options: &Options) -> Self {
+        let Options { k1, k2, base, detail_gain, rings, alpha, .. } = *options;
+        Self { k1, k2, base, detail_gain, rings, alpha }
+    }
+}
+
+/// Nodes labelled between two looks at the cancellation flag: a few milliseconds of work.
+const NODES_BETWEEN_CHECKS: usize = 1 << 14;
+
+/// A label for every node: 0 black, 1 white.
+///
+/// # Errors
+/// [`Error::Input`] if there is not one finite value a node; [`Error::Cancelled`].
+///
+/// # Runtime
+/// `n log n` at worst, for values that are all nearly the same; close to linear on photos.
+pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, control: &Control) -> Result<Vec<u8>> {
+    if values.len() != graph.len() {
+        return Err(Error::Input(format!("there are {} values for {} nodes, but every node needs one", values.len(), graph.len())));
+    }
+    if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+        return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
+    }
+    let mut current: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
+    let mut labels = vec![UNLABELLED; values.len()];
+    let mut queue = PriorityQueue::new(&current);
+    let mut local_mean = LocalMean::new(parameters.rings);
+    let mut open: Vec<(usize, f64)> = Vec::with_capacity(16);
+    let mut done = 0;
+
+    while let Some(node) = queue.pop(&current, &labels) {
+        if done % NODES_BETWEEN_CHECKS == 0 {
+            control.report(done as f32 / values.len() as f32)?;
+        }
+        done += 1;
+        let start = f64::from(values[node]);
+        let label = u8::from(current[node] >= 0.5);
+        labels[node] = label;
+        let error = current[node] - f64::from(label);
+
+        let alpha = match parameters.alpha {
+            Alpha::Constant(alpha) => alpha,
+            Alpha::Dynamic if (label == 1) == (start >= 0.5) => {
+                parameters.base + parameters.detail_gain * (start - local_mean.of(graph, values, node)).abs()
+            }
+            Alpha::Dynamic => 0.0,
+        };
+        if alpha == 0.0 || error == 0.0 {
+            continue;
+        }
+
+        // The smallest exponent is subtracted, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
+        open.clear();
+        let mut largest = f64::NEG_INFINITY;
+        graph.for_each_neighbor(node, |neighbor, distance_squared| {
+            if labels[neighbor] == UNLABELLED {
+                let difference = (start - f64::from(values[neighbor])).abs();
+                let length = parameters.k1 * difference + parameters.k2 * distance_squared.sqrt();
+                let exponent = -(length * length);
+                largest = largest.max(exponent);
+                open.push((neighbor, exponent));
+            }
+        });
+        let mut total = 0.0;
+        for (_, weight) in &mut open {
+            *weight = libm::exp(*weight - largest);
+            total += *weight;
+        }
+        for &(neighbor, weight) in &open {
+            let before = current[neighbor];
+            current[neighbor] = before + weight / total * alpha * error;
+            queue.update(neighbor, before, current[neighbor]);
+        }
+    }
+    Ok(labels)
+}
+
+/// Stands for "no label yet".
+const UNLABELLED: u8 = 2;
+
+/// The mean of starting values over a node and its rings of neighbours.
+struct LocalMean {
+    rings: u32,
+    /// For more than one ring: the nodes reached so far, and the mark that says so.
+    reached: Vec<usize>,
+    seen: std::collections::HashSet<usize>,
+}
+
+impl LocalMean {
+    fn new(rings: u32) -> Self {
+        Self { rings, reached: Vec::new(), seen: std::collections::HashSet::new() }
+    }
+
+    fn of(&mut self, graph: &impl Adjacency, values: &[f32], node: usize) -> f64 {
+        let mut sum = f64::from(values[node]);
+        let mut count = 1.0;
+        if self.rings == 1 {
+            graph.for_each_neighbor(node, |neighbor, _| {
+                sum += f64::from(values[neighbor]);
+                count += 1.0;
+            });
+            return sum / count;
+        }
+        self.reached.clear();
+        self.seen.clear();
+        self.reached.push(node);
+        self.seen.insert(node);
+        let mut ring = 0..1;
+        for _ in 0..self.rings {
+            for k in ring.clone() {
+                let inner = self.reached[k];
+                graph.for_each_neighbor(inner, |neighbor, _| {
+                    if self.seen.insert(neighbor) {
+                        self.reached.push(neighbor);
+                        sum += f64::from(values[neighbor]);
+                        count += 1.0;
+                    }
+                });
+            }
+            ring = ring.end..self.reached.len();
+        }
+        sum / count
+    }
+}
+
+/// Buckets over priorities [0, 0.5), and as many again for values that errors pushed out of [0, 1]. More buckets make shorter
+/// heaps, which stay in the cache; past some thousands they only cost memory.
+const BUCKETS_A_HALF: f64 = 4096.0;
+
+/// All unlabelled nodes by decreasing `|I - 0.5|`, ties by index: exactly the order of one big heap, at a fraction of its cost.
+///
+/// A node stands in the bucket of its priority. Only the highest bucket in use is ordered, in a heap. A node whose priority
+/// changes is entered again where it now belongs; entries that are no longer true are dropped when they come up.
+struct PriorityQueue {
+    buckets: Vec<Vec<u32>>,
+    /// The bucket whose nodes, and all above, are in the heap.
+    lowest: usize,
+    heap: BinaryHeap<(u64, Reverse<u32>)>,
+}
+
+impl PriorityQueue {
+    fn new(current: &[f64]) -> Self {
+        let count = 2 * BUCKETS_A_HALF as usize;
+        let mut buckets = vec![Vec::new(); count];
+        for (node, value) in current.iter().enumerate() {
+            buckets[bucket(priority(*value))].push(node as u32);
+        }
+        Self { buckets, lowest: count, heap: BinaryHeap::new() }
+    }
+
+    /// The unlabelled node of the highest priority.
+    fn pop(&mut self, current: &[f64], labels: &[u8]) -> Option<usize> {
+        loop {
+            while let Some((key, Reverse(node))) = self.heap.pop() {
+                let node = node as usize;
+                if labels[node] == UNLABELLED && key == priority(current[node]).to_bits() {
+                    return Some(node);
+                }
+            }
+            self.lowest = (0..self.lowest).rev().find(|b| !self.buckets[*b].is_empty())?;
+            let mut entries = std::mem::take(&mut self.heap).into_vec();
+            for node in std::mem::take(&mut self.buckets[self.lowest]) {
+                let value = current[node as usize];
+                if labels[node as usize] == UNLABELLED && bucket(priority(value)) == self.lowest {
+                    entries.push((priority(value).to_bits(), Reverse(node)));
+                }
+            }
+            self.heap = BinaryHeap::from(entries);
+        }
+    }
+
+    /// Says that the value of an unlabelled node changed.
+    fn update(&mut self, node: usize, before: f64, after: f64) {
+        let (old, new) = (bucket(priority(before)), bucket(priority(after)));
+        if new >= self.lowest {
+            self.heap.push((priority(after).to_bits(), Reverse(node as u32)));
+        } else if new != old {
+            self.buckets[new].push(node as u32);
+        }
+    }
+}
+
+/// Not negative, so that the order of its bits is the order of its values.
+fn priority(value: f64) -> f64 {
+    (value - 0.5).abs()
+}
+
+fn bucket(priority: f64) -> usize {
+    ((priority * (2.0 * BUCKETS_A_HALF)) as usize).min(2 * BUCKETS_A_HALF as usize - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::Graph;
+    use crate::lattice::Lattice;
+    use crate::params::LatticeKind;
+    use proptest::prelude::*;
+
+    /// The definition, read literally: look for the next node among all, every time.
+    fn oracle(graph: &Graph, values: &[f32], p: &Diffusion) -> Vec<u8> {
+        let mut current: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
+        let mut labels = vec![UNLABELLED; values.len()];
+        for _ in 0..values.len() {
+            let mut next = None;
+            for (i, value) in current.iter().enumerate() {
+                if labels[i] == UNLABELLED && next.is_none_or(|n: usize| (value - 0.5).abs() > (current[n] - 0.5).abs()) {
+                    next = Some(i);
+                }
+            }
+            let i = next.unwrap();
+            let label = u8::from(current[i] >= 0.5);
+            labels[i] = label;
+            let error = current[i] - f64::from(label);
+            let start = f64::from(values[i]);
+            let row: Vec<usize> = graph.row(i).iter().map(|j| *j as usize).collect();
+            let mean = row.iter().fold(start, |sum, j| sum + f64::from(values[*j])) / (row.len() + 1) as f64;
+            let alpha = match p.alpha {
+                Alpha::Constant(alpha) => alpha,
+                Alpha::Dynamic if (label == 1) == (start >= 0.5) => p.base + p.detail_gain * (start - mean).abs(),
+                Alpha::Dynamic => 0.0,
+            };
+            let open: Vec<usize> = row.into_iter().filter(|j| labels[*j] == UNLABELLED).collect();
+            let exponent = |j: &usize| {
+                let d = crate::graph::distance_squared(graph.sites[i], graph.sites[*j]).sqrt();
+                -(p.k1 * (start - f64::from(values[*j])).abs() + p.k2 * d).powi(2)
+            };
+            let largest = open.iter().map(exponent).fold(f64::NEG_INFINITY, f64::max);
+            let weights: Vec<f64> = open.iter().map(|j| libm::exp(exponent(j) - largest)).collect();
+            let total: f64 = weights.iter().sum();
+            for (j, w) in open.iter().zip(&weights) {
+                current[*j] += w / total * alpha * error;
+            }
+        }
+        labels
+    }
+
+    proptest! {
+        #[test]
+        fn labels_equal_the_definition(
+            width in 1usize..14, height in 1usize..14, square in any::<bool>(), eighths in any::<bool>(),
+            alpha in prop_oneof![Just(Alpha::Dynamic), (0.0f64..=1.0).prop_map(Alpha::Constant)],
+            seed in prop::collection::vec(0.0f32..1.0, 600),
+        ) {
+            let kind = if square { LatticeKind::Square } else { LatticeKind::Hexagonal };
+            let graph = Lattice::new(kind, width, height, 1.5).unwrap().to_graph();
+            // Eighths make many exact ties.
+            let values: Vec<f32> = (0..graph.sites.len()).map(|i| if eighths { (seed[i] * 8.0).floor() / 8.0 } else { seed[i] }).collect();
+            let p = Diffusion { alpha, ..Diffusion::of_tone(&Options::default()) };
+            prop_assert_eq!(diffuse(&graph, &values, &p, &Control::new()).unwrap(), oracle(&graph, &values, &p));
+        }
+    }
+
+    #[test]
+    fn nodes_hundreds_of_pixels_apart_still_pass_their_error_on() {
+        let graph = Graph::from_edges(vec![[0.0, 0.0], [900.0, 0.0], [0.0, 901.0]], &[[0, 1], [0, 2]]).unwrap();
+        let p = Diffusion { alpha: Alpha::Constant(1.0), ..Diffusion::of_tone(&Options::default()) };
+        let labels = diffuse(&graph, &[0.95, 0.52, 0.52], &p, &Control::new()).unwrap();
+        // Node 0 takes 0.05 from its neighbours' white: the nearer one falls below 0.5.
+        assert_eq!(labels, [1, 0, 1]);
+    }
+
+    #[test]
+    fn more_rings_reach_further() {
+        let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[[0, 1], [1, 2]]).unwrap();
+        let values = [0.0, 0.5, 1.0];
+        assert_eq!(LocalMean::new(1).of(&graph, &values, 0), 0.25);
+        assert_eq!(LocalMean::new(2).of(&graph, &values, 0), 0.5);
+    }
+}

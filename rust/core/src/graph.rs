@@ -3,6 +3,8 @@
 //! Adjacency is in compressed sparse rows: the neighbours of node `i` are `neighbors[offsets[i]..offsets[i + 1]]`. Every edge
 //! stands in both rows. What this module does not do: build one (see [`crate::lattice`] and [`crate::triangulation`]).
 
+use crate::error::{Error, Result};
+
 /// Whom a node's error, mean or component can reach.
 pub trait Adjacency: Sync {
     /// Number of nodes.
@@ -29,6 +31,55 @@ pub struct Graph {
 }
 
 impl Graph {
+    /// A graph from its edges, in any order and direction; every row is sorted.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if an edge names a node that does not exist, joins a node to itself or stands twice, or there are more
+    /// nodes or edges than 32 bits can number.
+    pub fn from_edges(sites: Vec<[f64; 2]>, edges: &[[u32; 2]]) -> Result<Self> {
+        if sites.len().max(edges.len()) > (u32::MAX / 2) as usize {
+            return Err(Error::Input(format!("{} nodes and {} edges are too many", sites.len(), edges.len())));
+        }
+        let mut offsets = vec![0u32; sites.len() + 1];
+        for (k, edge) in edges.iter().enumerate() {
+            if edge.iter().any(|i| *i as usize >= sites.len()) || edge[0] == edge[1] {
+                return Err(Error::Input(format!(
+                    "edge {k} joins nodes {} and {}, but it must join two different nodes below {}",
+                    edge[0],
+                    edge[1],
+                    sites.len()
+                )));
+            }
+            for i in edge {
+                offsets[*i as usize + 1] += 1;
+            }
+        }
+        for i in 0..sites.len() {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut next = offsets.clone();
+        let mut neighbors = vec![0; edges.len() * 2];
+        for &[a, b] in edges {
+            for (from, to) in [(a, b), (b, a)] {
+                neighbors[next[from as usize] as usize] = to;
+                next[from as usize] += 1;
+            }
+        }
+        let graph = Self { sites, offsets, neighbors };
+        graph.sorted()
+    }
+
+    fn sorted(mut self) -> Result<Self> {
+        for i in 0..self.sites.len() {
+            let row = &mut self.neighbors[self.offsets[i] as usize..self.offsets[i + 1] as usize];
+            row.sort_unstable();
+            if let Some(pair) = row.windows(2).find(|pair| pair[0] == pair[1]) {
+                return Err(Error::Input(format!("the edge between nodes {i} and {} stands twice", pair[0])));
+            }
+        }
+        Ok(self)
+    }
+
     /// The neighbours of `node`.
     pub fn row(&self, node: usize) -> &[u32] {
         &self.neighbors[self.offsets[node] as usize..self.offsets[node + 1] as usize]
