@@ -1,1 +1,231 @@
-//! cli
+//! The command line of graphstipple: one [`run`] for the native binary and for the console script that pip installs.
+//!
+//! [`files`] reads photos and writes drawings; the Python package calls it too.
+
+mod arguments;
+pub mod error;
+pub mod files;
+
+use std::ffi::OsString;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use graphstipple_core::importance::{Importance, Source};
+use graphstipple_core::{Control, Field, pipeline, raster, saliency, tone};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use arguments::{Arguments, Job, Output};
+pub use error::{Error, Result};
+use files::Format;
+
+/// How often the waiting thread looks for an interruption and moves the progress bar: well under the half second within which
+/// an interruption must end the run, and too seldom to cost anything.
+const POLL: Duration = Duration::from_millis(50);
+
+/// Work under this long shows no progress bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Steps of the progress bar.
+const STEPS: u64 = 1000;
+
+/// Runs the command with the given arguments, the first of which is the program's name.
+///
+/// The work is done on a thread of its own; this one asks `interrupted` every 50 ms and returns soon after it says yes, without
+/// waiting for the worker, whose result is dropped. Files are written by this thread alone, when everything is done.
+///
+/// Returns the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted. What went wrong is one line on standard error.
+pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> bool) -> u8 {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) if !error.use_stderr() => {
+            // Help and version; a reader that went away does not need them.
+            let _ = error.print();
+            return 0;
+        }
+        Err(error) => return report(&Error::Usage(one_line(&error.to_string()))),
+    };
+    match execute(&arguments, interrupted) {
+        Ok(()) => 0,
+        Err(error) => report(&error),
+    }
+}
+
+/// Tells an error in one line; returns its exit code.
+fn report(error: &Error) -> u8 {
+    // An interruption was the user's own; nothing needs to be said.
+    if error.exit_code() != 130 {
+        let text = error.to_string();
+        let line: Vec<&str> = text.lines().map(str::trim).collect();
+        // With standard error closed there is nobody left to tell.
+        let _ = writeln!(io::stderr(), "graphstipple: error: {}", line.join(" "));
+    }
+    error.exit_code()
+}
+
+/// What clap says, without its usage block: the message and its tip.
+fn one_line(text: &str) -> String {
+    let told = text.split("\n\nUsage:").next().unwrap_or(text).split("\n\nFor more information").next().unwrap_or(text);
+    let told = told.trim_start_matches("error: ").replace("\n\n  tip: ", "; ");
+    told.split_whitespace().collect::<Vec<_>>().join(" ") + " (see graphstipple --help)"
+}
+
+fn execute(arguments: &Arguments, interrupted: &dyn Fn() -> bool) -> Result<()> {
+    let job = arguments.job()?;
+    for path in job.paths_to_write() {
+        files::check_target(path)?;
+    }
+    let made = work(&job, interrupted, !arguments.quiet)?;
+
+    let complete: Vec<(&Path, &[u8])> = made.files.iter().map(|(path, bytes)| (path.as_path(), bytes.as_slice())).collect();
+    files::write_all_atomically(&complete)?;
+    if let Some(svg) = &made.standard_output {
+        print(io::stdout(), svg)?;
+    }
+    if arguments.stats {
+        let json = serde_json::to_string_pretty(&made.stats).expect("numbers and names always serialize") + "\n";
+        if made.standard_output.is_some() {
+            print(io::stderr(), json.as_bytes())?;
+        } else {
+            print(io::stdout(), json.as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes to a stream; a reader that has gone away is no error.
+fn print(mut stream: impl Write, bytes: &[u8]) -> Result<()> {
+    match stream.write_all(bytes).and_then(|()| stream.flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(Error::File { path: PathBuf::from("-"), source }),
+        _ => Ok(()),
+    }
+}
+
+/// What a run makes, before any of it is written.
+struct Made {
+    files: Vec<(PathBuf, Vec<u8>)>,
+    standard_output: Option<Vec<u8>>,
+    stats: graphstipple_core::drawing::Stats,
+}
+
+/// Does the job on a thread of its own and waits for it or for an interruption.
+fn work(job: &Job, interrupted: &dyn Fn() -> bool, show_progress: bool) -> Result<Made> {
+    let control = Arc::new(Control::new());
+    let (sender, receiver) = mpsc::channel();
+    let (worker_control, worker_job) = (Arc::clone(&control), job.clone());
+    thread::Builder::new()
+        .name("graphstipple".into())
+        .spawn(move || {
+            // Nobody listens any more after an interruption.
+            let _ = sender.send(make(&worker_job, &worker_control));
+        })
+        .map_err(|error| graphstipple_core::Error::Internal(format!("no thread can be started: {error}")))?;
+
+    let mut bar = Bar::new(show_progress);
+    loop {
+        match receiver.recv_timeout(POLL) {
+            Ok(_) | Err(RecvTimeoutError::Timeout) if interrupted() => {
+                control.cancel();
+                return Err(Error::Interrupted);
+            }
+            Ok(made) => return made,
+            Err(RecvTimeoutError::Timeout) => bar.show(control.progress()),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(graphstipple_core::Error::Internal("the worker stopped without a result".into()).into());
+            }
+        }
+    }
+}
+
+/// The whole work, from the photo's bytes to those of the outputs.
+fn make(job: &Job, control: &Control) -> Result<Made> {
+    let luma = match &job.photo {
+        Some(path) => files::read_photo(path, job.background)?,
+        None => files::read_standard_input(job.background)?,
+    };
+    // A width that gives too many pixels is better told now than after the work.
+    for width in job.raster_widths() {
+        raster::size(luma.width(), luma.height(), width)?;
+    }
+    let importance = importance(job, &luma)?;
+    control.check()?;
+    let outcome = pipeline::draw(&luma, &importance, &job.options, control)?;
+    drop((luma, importance));
+
+    let mut made = Made { files: Vec::new(), standard_output: None, stats: outcome.stats };
+    match &job.output {
+        Output::Standard => made.standard_output = Some(files::encode(&outcome.drawing, Format::Svg, None)?),
+        Output::File { path, format, width } => {
+            made.files.push((path.clone(), files::encode(&outcome.drawing, *format, *width)?));
+        }
+    }
+    control.check()?;
+    if let Some((path, width)) = &job.preview {
+        made.files.push((path.clone(), files::encode(&outcome.drawing, Format::Png, *width)?));
+    }
+    Ok(made)
+}
+
+fn importance(job: &Job, luma: &Field) -> Result<Importance> {
+    Ok(match &job.importance {
+        Source::Saliency => Importance::Saliency(saliency::fine_grained(&tone::luma_to_u8(luma), luma.width(), luma.height())),
+        Source::Constant(value) => Importance::Constant(*value),
+        Source::File(path) => Importance::Map(files::read_photo(Path::new(path), job.background)?),
+    })
+}
+
+impl Job {
+    fn paths_to_write(&self) -> impl Iterator<Item = &Path> {
+        let output = match &self.output {
+            Output::Standard => None,
+            Output::File { path, .. } => Some(path.as_path()),
+        };
+        output.into_iter().chain(self.preview.iter().map(|preview| preview.0.as_path()))
+    }
+
+    /// The widths of the rasters that will be painted.
+    fn raster_widths(&self) -> impl Iterator<Item = Option<usize>> {
+        let output = match self.output {
+            Output::File { format: Format::Png, width, .. } => Some(width),
+            _ => None,
+        };
+        output.into_iter().chain(self.preview.iter().map(|preview| preview.1))
+    }
+}
+
+/// A progress bar on standard error that appears only on a terminal and after [`PATIENCE`], and leaves nothing behind.
+struct Bar {
+    begin: Instant,
+    wanted: bool,
+    bar: Option<ProgressBar>,
+}
+
+impl Bar {
+    fn new(wanted: bool) -> Self {
+        Self { begin: Instant::now(), wanted: wanted && io::stderr().is_terminal(), bar: None }
+    }
+
+    fn show(&mut self, (stage, fraction): (&'static str, f32)) {
+        if !self.wanted || self.begin.elapsed() < PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{msg:13} {wide_bar} {percent:>3} %").expect("the template is well-formed");
+            ProgressBar::new(STEPS).with_style(style)
+        });
+        bar.set_message(stage);
+        bar.set_position((f64::from(fraction) * STEPS as f64) as u64);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

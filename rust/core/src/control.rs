@@ -57,11 +57,10 @@ impl Control {
         if self.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Says that the stage of this name begins, and checks for cancellation.
-    pub(crate) fn begin(&self, stage: &str) -> Result<()> {
-        let index = STAGES.iter().position(|s| s.0 == stage).unwrap_or(0);
+    /// Says that a stage begins, by its place in [`STAGES`], and checks for cancellation.
+    pub(crate) fn begin(&self, stage: usize) -> Result<()> {
         self.fraction.store(0, Ordering::Relaxed);
-        self.stage.store(index as u32, Ordering::Relaxed);
+        self.stage.store(stage as u32, Ordering::Relaxed);
         self.check()
     }
 

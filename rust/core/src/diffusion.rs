@@ -68,27 +68,27 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
     if let Some(i) = values.iter().position(|v| !v.is_finite()) {
         return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
     }
-    let mut current: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
-    let mut labels = vec![UNLABELLED; values.len()];
-    let mut queue = PriorityQueue::new(&current);
+    let mut nodes: Vec<Node> = values.iter().map(|v| Node { current: f64::from(*v), start: *v, label: UNLABELLED }).collect();
+    let mut queue = PriorityQueue::new(&nodes);
     let mut local_mean = LocalMean::new(parameters.rings);
     let mut open: Vec<(usize, f64)> = Vec::with_capacity(16);
     let mut done = 0;
 
-    while let Some(node) = queue.pop(&current, &labels) {
+    while let Some(number) = queue.pop(&nodes) {
         if done % NODES_BETWEEN_CHECKS == 0 {
             control.report(done as f32 / values.len() as f32)?;
         }
         done += 1;
-        let start = f64::from(values[node]);
-        let label = u8::from(current[node] >= 0.5);
-        labels[node] = label;
-        let error = current[node] - f64::from(label);
+        let node = &mut nodes[number];
+        let start = f64::from(node.start);
+        let label = u8::from(node.current >= 0.5);
+        node.label = label;
+        let error = node.current - f64::from(label);
 
         let alpha = match parameters.alpha {
             Alpha::Constant(alpha) => alpha,
             Alpha::Dynamic if (label == 1) == (start >= 0.5) => {
-                parameters.base + parameters.detail_gain * (start - local_mean.of(graph, values, node)).abs()
+                parameters.base + parameters.detail_gain * (start - local_mean.of(graph, &nodes, number)).abs()
             }
             Alpha::Dynamic => 0.0,
         };
@@ -99,10 +99,10 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
         // The smallest exponent is subtracted, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
         open.clear();
         let mut largest = f64::NEG_INFINITY;
-        graph.for_each_neighbor(node, |neighbor, distance_squared| {
-            if labels[neighbor] == UNLABELLED {
-                let difference = (start - f64::from(values[neighbor])).abs();
-                let length = parameters.k1 * difference + parameters.k2 * distance_squared.sqrt();
+        graph.for_each_neighbor(number, |neighbor, distance| {
+            let other = &nodes[neighbor];
+            if other.label == UNLABELLED {
+                let length = parameters.k1 * (start - f64::from(other.start)).abs() + parameters.k2 * distance;
                 let exponent = -(length * length);
                 largest = largest.max(exponent);
                 open.push((neighbor, exponent));
@@ -113,13 +113,25 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
             *weight = libm::exp(*weight - largest);
             total += *weight;
         }
+        let share = alpha * error / total;
         for &(neighbor, weight) in &open {
-            let before = current[neighbor];
-            current[neighbor] = before + weight / total * alpha * error;
-            queue.update(neighbor, before, current[neighbor]);
+            let before = nodes[neighbor].current;
+            let after = before + weight * share;
+            nodes[neighbor].current = after;
+            queue.update(neighbor, before, after);
         }
     }
-    Ok(labels)
+    Ok(nodes.into_iter().map(|node| node.label).collect())
+}
+
+/// All that the loop reads and writes of a node, side by side: nodes are visited in an order that no cache can foresee.
+#[derive(Clone, Copy)]
+struct Node {
+    /// The current value I.
+    current: f64,
+    /// The starting value I0.
+    start: f32,
+    label: u8,
 }
 
 /// Stands for "no label yet".
@@ -138,12 +150,12 @@ impl LocalMean {
         Self { rings, reached: Vec::new(), seen: std::collections::HashSet::new() }
     }
 
-    fn of(&mut self, graph: &impl Adjacency, values: &[f32], node: usize) -> f64 {
-        let mut sum = f64::from(values[node]);
+    fn of(&mut self, graph: &impl Adjacency, nodes: &[Node], node: usize) -> f64 {
+        let mut sum = f64::from(nodes[node].start);
         let mut count = 1.0;
         if self.rings == 1 {
             graph.for_each_neighbor(node, |neighbor, _| {
-                sum += f64::from(values[neighbor]);
+                sum += f64::from(nodes[neighbor].start);
                 count += 1.0;
             });
             return sum / count;
@@ -159,7 +171,7 @@ impl LocalMean {
                 graph.for_each_neighbor(inner, |neighbor, _| {
                     if self.seen.insert(neighbor) {
                         self.reached.push(neighbor);
-                        sum += f64::from(values[neighbor]);
+                        sum += f64::from(nodes[neighbor].start);
                         count += 1.0;
                     }
                 });
@@ -186,30 +198,31 @@ struct PriorityQueue {
 }
 
 impl PriorityQueue {
-    fn new(current: &[f64]) -> Self {
+    fn new(nodes: &[Node]) -> Self {
         let count = 2 * BUCKETS_A_HALF as usize;
         let mut buckets = vec![Vec::new(); count];
-        for (node, value) in current.iter().enumerate() {
-            buckets[bucket(priority(*value))].push(node as u32);
+        for (number, node) in nodes.iter().enumerate() {
+            buckets[bucket(priority(node.current))].push(number as u32);
         }
         Self { buckets, lowest: count, heap: BinaryHeap::new() }
     }
 
     /// The unlabelled node of the highest priority.
-    fn pop(&mut self, current: &[f64], labels: &[u8]) -> Option<usize> {
+    fn pop(&mut self, nodes: &[Node]) -> Option<usize> {
         loop {
-            while let Some((key, Reverse(node))) = self.heap.pop() {
-                let node = node as usize;
-                if labels[node] == UNLABELLED && key == priority(current[node]).to_bits() {
-                    return Some(node);
+            while let Some((key, Reverse(number))) = self.heap.pop() {
+                let node = &nodes[number as usize];
+                if node.label == UNLABELLED && key == priority(node.current).to_bits() {
+                    return Some(number as usize);
                 }
             }
             self.lowest = (0..self.lowest).rev().find(|b| !self.buckets[*b].is_empty())?;
             let mut entries = std::mem::take(&mut self.heap).into_vec();
-            for node in std::mem::take(&mut self.buckets[self.lowest]) {
-                let value = current[node as usize];
-                if labels[node as usize] == UNLABELLED && bucket(priority(value)) == self.lowest {
-                    entries.push((priority(value).to_bits(), Reverse(node)));
+            for number in std::mem::take(&mut self.buckets[self.lowest]) {
+                let node = &nodes[number as usize];
+                let priority = priority(node.current);
+                if node.label == UNLABELLED && bucket(priority) == self.lowest {
+                    entries.push((priority.to_bits(), Reverse(number)));
                 }
             }
             self.heap = BinaryHeap::from(entries);
@@ -276,7 +289,7 @@ mod tests {
             let weights: Vec<f64> = open.iter().map(|j| libm::exp(exponent(j) - largest)).collect();
             let total: f64 = weights.iter().sum();
             for (j, w) in open.iter().zip(&weights) {
-                current[*j] += w / total * alpha * error;
+                current[*j] += w * (alpha * error / total);
             }
         }
         labels
@@ -310,8 +323,8 @@ mod tests {
     #[test]
     fn more_rings_reach_further() {
         let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[[0, 1], [1, 2]]).unwrap();
-        let values = [0.0, 0.5, 1.0];
-        assert_eq!(LocalMean::new(1).of(&graph, &values, 0), 0.25);
-        assert_eq!(LocalMean::new(2).of(&graph, &values, 0), 0.5);
+        let nodes = [0.0, 0.5, 1.0].map(|start| Node { current: 0.0, start, label: UNLABELLED });
+        assert_eq!(LocalMean::new(1).of(&graph, &nodes, 0), 0.25);
+        assert_eq!(LocalMean::new(2).of(&graph, &nodes, 0), 0.5);
     }
 }

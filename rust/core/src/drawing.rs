@@ -103,7 +103,7 @@ pub enum Mark {
 }
 
 /// How a drawing was made: enough to make it again from the same photo. Holds no times, paths or thread counts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of graphstipple.
     pub version: String,
@@ -145,7 +145,7 @@ pub struct Stats {
 }
 
 /// The vector result.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawing {
     /// Width of the canvas in pixels.
     pub width: usize,
@@ -175,6 +175,9 @@ pub struct Level {
 /// How far a flattened outline may lie from the true curve in `regions` and `area`, in pixels: a twentieth of a pixel is below
 /// what any raster or plotter shows, and costs about twice the points of a quarter.
 pub const FLATTENING_TOLERANCE: f64 = 0.05;
+
+/// No vertex of a circle's polygon lies further from its centre than this many radii: the coarsest polygon has eight sides.
+pub(crate) const POLYGON_REACH: f64 = 1.055;
 
 impl Drawing {
     /// The marks to paint on white paper, level by level from the lowest. Level 0 (white that touches the frame) is the paper

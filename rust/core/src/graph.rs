@@ -15,7 +15,7 @@ pub trait Adjacency: Sync {
         self.len() == 0
     }
 
-    /// Calls `visit(neighbour, squared distance in px^2)` for every neighbour of `node`, in the graph's fixed order.
+    /// Calls `visit(neighbour, distance in px)` for every neighbour of `node`, in the graph's fixed order.
     fn for_each_neighbor(&self, node: usize, visit: impl FnMut(usize, f64));
 }
 
@@ -109,7 +109,7 @@ impl Adjacency for Graph {
         let site = self.sites[node];
         for &neighbor in self.row(node) {
             let neighbor = neighbor as usize;
-            visit(neighbor, distance_squared(site, self.sites[neighbor]));
+            visit(neighbor, distance_squared(site, self.sites[neighbor]).sqrt());
         }
     }
 }

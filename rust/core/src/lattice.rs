@@ -31,7 +31,7 @@ pub struct Lattice {
     /// Columns, relative to a node's own, of its two neighbours in the rows above and below, for a node in an even and in an odd
     /// row. Both are the same where rows are not shifted.
     across: [[isize; 2]; 2],
-    across_distance_squared: f64,
+    across_distance: f64,
 }
 
 impl Lattice {
@@ -77,7 +77,7 @@ impl Lattice {
                 spacing: step,
                 pitch: step,
                 across: [[0, 0]; 2],
-                across_distance_squared: step * step,
+                across_distance: step,
             };
             return Ok(if w >= h { line(1, nodes, step / 2.0, h / 2.0) } else { line(nodes, 1, w / 2.0, step / 2.0) });
         }
@@ -95,7 +95,7 @@ impl Lattice {
             spacing,
             pitch,
             across,
-            across_distance_squared: spacing * spacing,
+            across_distance: spacing,
         })
     }
 
@@ -131,8 +131,9 @@ impl Lattice {
     }
 
     fn row_and_column(&self, node: usize) -> (usize, usize) {
-        let pair = self.columns[0] + self.columns[1];
-        let (rows, within) = (node / pair * 2, node % pair);
+        // 32-bit division is several times as fast, and this is the innermost loop of the first diffusion.
+        let pair = (self.columns[0] + self.columns[1]) as u32;
+        let (rows, within) = ((node as u32 / pair * 2) as usize, (node as u32 % pair) as usize);
         if within < self.columns[0] { (rows, within) } else { (rows + 1, within - self.columns[0]) }
     }
 
@@ -191,7 +192,7 @@ impl Adjacency for Lattice {
             let mut one = |shift: isize| {
                 let c = column as isize + shift;
                 if c >= 0 && c < columns {
-                    visit(start + c as usize, self.across_distance_squared);
+                    visit(start + c as usize, self.across_distance);
                 }
             };
             one(left);
@@ -202,12 +203,11 @@ impl Adjacency for Lattice {
         if row > 0 {
             across(row - 1, &mut visit);
         }
-        let along = self.spacing * self.spacing;
         if column > 0 {
-            visit(node - 1, along);
+            visit(node - 1, self.spacing);
         }
         if column + 1 < self.columns[row % 2] {
-            visit(node + 1, along);
+            visit(node + 1, self.spacing);
         }
         if row + 1 < self.rows {
             across(row + 1, &mut visit);
@@ -247,9 +247,9 @@ mod tests {
             let graph = lattice.to_graph();
             for i in 0..graph.sites.len() {
                 prop_assert!(graph.row(i).windows(2).all(|w| w[0] < w[1]));
-                lattice.for_each_neighbor(i, |j, d2| {
+                lattice.for_each_neighbor(i, |j, distance| {
                     assert!(graph.row(j).contains(&(i as u32)));
-                    assert!((distance_squared(graph.sites[i], graph.sites[j]) - d2).abs() < 1e-9 * d2);
+                    assert!((distance_squared(graph.sites[i], graph.sites[j]).sqrt() - distance).abs() < 1e-9 * distance);
                 });
             }
         }

@@ -1,5 +1,6 @@
 #![doc = include_str!("lib.md")]
 
+mod budget;
 pub mod components;
 pub mod control;
 pub mod decode;

@@ -1,0 +1,370 @@
+//! The command line as data: what may be given, the help that says so, and the core's options that it comes to.
+//!
+//! Every option of the core has one flag, in kebab case. Ranges are the core's: [`Options::validate`] judges them.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use graphstipple_core::importance::Source;
+use graphstipple_core::{Alpha, LatticeKind, Options, field};
+
+use crate::error::{Error, Result};
+use crate::files::{Format, is_same_file};
+
+/// The path that stands for standard input or output.
+const STANDARD: &str = "-";
+
+/// Turns a photo into a black-and-white vector drawing of stipples and regions.
+#[derive(Debug, Parser)]
+#[command(name = "graphstipple", bin_name = "graphstipple", version, max_term_width = 120)]
+pub(crate) struct Arguments {
+    /// Image to draw: PNG, JPEG, TIFF or WebP; - reads standard input
+    pub(crate) photo: PathBuf,
+
+    /// File to write, .svg or .png by its suffix; - writes SVG to standard output
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) output: PathBuf,
+
+    /// Width of a .png output in pixels, 1 to 65535; default: the photo's
+    #[arg(long, value_name = "PIXELS", value_parser = parse_width, help_heading = "Output")]
+    pub(crate) width: Option<usize>,
+
+    /// Also write a .png of the drawing
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) preview: Option<PathBuf>,
+
+    /// Width of the preview in pixels, 1 to 65535; default: the photo's
+    #[arg(long, value_name = "PIXELS", value_parser = parse_width, requires = "preview", help_heading = "Output")]
+    pub(crate) preview_width: Option<usize>,
+
+    /// Print counts and times as JSON on standard output (on standard error when the SVG goes there)
+    #[arg(long, help_heading = "Output")]
+    pub(crate) stats: bool,
+
+    /// Show no progress bar; without it there is one on a terminal, after a second of work
+    #[arg(long, help_heading = "Output")]
+    pub(crate) quiet: bool,
+
+    /// Start from the settings of the paper (density 1, no node budget); other options change single ones
+    #[arg(long, help_heading = "Nodes")]
+    paper: bool,
+
+    /// Where detail is wanted: saliency, none (everywhere), constant:V with V above 0 to 1, or an image file (white is important);
+    /// default saliency
+    #[arg(long, value_name = "SOURCE", default_value = "saliency", hide_default_value = true, help_heading = "Nodes")]
+    importance: String,
+
+    /// First graph: hexagonal or square; default hexagonal
+    #[arg(long, value_name = "KIND", value_parser = parse_lattice, help_heading = "Nodes")]
+    lattice: Option<LatticeKind>,
+
+    /// Lattice nodes per pixel, above 0 to 16; default: as fine as the node budget needs
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Nodes")]
+    density: Option<f64>,
+
+    /// Node budget: how many nodes to keep, at least 3; default: 0.3 per pixel and at most 300000, none with --density
+    #[arg(long, value_name = "COUNT", help_heading = "Nodes")]
+    nodes: Option<u64>,
+
+    /// Node budget per pixel instead, above 0 to 16; default: see --nodes
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Nodes")]
+    nodes_per_pixel: Option<f64>,
+
+    /// Lloyd steps that even out the kept nodes, 0 to 100; default 1
+    #[arg(long, value_name = "STEPS", help_heading = "Nodes")]
+    relax: Option<u32>,
+
+    /// Weight of the difference of values between two nodes, 0 to 1000; default 1
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
+    k1: Option<f64>,
+
+    /// Weight of the distance between two nodes, per pixel, 0 to 1000; default 0.1
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
+    k2: Option<f64>,
+
+    /// Dynamic alpha where there is no detail, 0 to 1; default 0.5
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
+    base: Option<f64>,
+
+    /// How much dynamic alpha grows with local detail (the paper's lambda), 0 to 1000; default 6
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
+    detail_gain: Option<f64>,
+
+    /// Radius of the local mean in rings of the graph, 1 to 16; default 1
+    #[arg(long, value_name = "RINGS", help_heading = "Diffusion")]
+    rings: Option<u32>,
+
+    /// Share of the error that is passed on when nodes are chosen by importance: dynamic, or 0 to 1; default dynamic
+    #[arg(long, value_name = "ALPHA", value_parser = parse_alpha, allow_negative_numbers = true, help_heading = "Diffusion")]
+    importance_alpha: Option<Alpha>,
+
+    /// Share of the error that is passed on when nodes become black or white: dynamic, or 0 (threshold) to 1 (halftone);
+    /// default dynamic
+    #[arg(long, value_name = "ALPHA", value_parser = parse_alpha, allow_negative_numbers = true, help_heading = "Diffusion")]
+    alpha: Option<Alpha>,
+
+    /// Area of a stipple relative to its node's cell, above 0 to 4; default 1
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
+    stipple_scale: Option<f64>,
+
+    /// Brightens above 1, darkens below, 0.1 to 10; default 1
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
+    gamma: Option<f64>,
+
+    /// Factor on the tone's distance from middle grey, 0 to 10; default 1
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
+    contrast: Option<f64>,
+
+    /// Swap black and white in the photo
+    #[arg(long, help_heading = "Tone")]
+    invert: bool,
+
+    /// What shows through transparent parts of the photo: white, black or RRGGBB in hexadecimal digits; default white
+    #[arg(
+        long,
+        value_name = "COLOR",
+        value_parser = parse_color,
+        default_value = "white",
+        hide_default_value = true,
+        help_heading = "Tone"
+    )]
+    background: Color,
+
+    /// Worker threads, 1 to 1024; default: one per core. The drawing does not depend on it
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+}
+
+/// Everything that a run needs, checked as far as it can be without reading a file.
+#[derive(Debug, Clone)]
+pub(crate) struct Job {
+    /// `None` is standard input.
+    pub(crate) photo: Option<PathBuf>,
+    pub(crate) output: Output,
+    pub(crate) preview: Option<(PathBuf, Option<usize>)>,
+    pub(crate) importance: Source,
+    pub(crate) options: Options,
+    pub(crate) background: [u8; 3],
+}
+
+/// Where the drawing goes.
+#[derive(Debug, Clone)]
+pub(crate) enum Output {
+    /// SVG on standard output.
+    Standard,
+    File {
+        path: PathBuf,
+        format: Format,
+        /// Of a PNG, in pixels.
+        width: Option<usize>,
+    },
+}
+
+impl Arguments {
+    /// What these arguments ask for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for the first rule that they break.
+    pub(crate) fn job(&self) -> Result<Job> {
+        let options = self.options();
+        options.validate().map_err(in_flags)?;
+        let importance = Source::parse(&self.importance).map_err(in_flags)?;
+        let photo = (self.photo != Path::new(STANDARD)).then(|| self.photo.clone());
+        let output = if self.output == Path::new(STANDARD) {
+            Output::Standard
+        } else {
+            let format = Format::of_path(&self.output)?;
+            Output::File { path: self.output.clone(), format, width: self.width }
+        };
+        if self.width.is_some() && !matches!(output, Output::File { format: Format::Png, .. }) {
+            return Err(Error::Usage("--width is for a .png output: an SVG has no width in pixels (see --preview-width)".into()));
+        }
+        if let Some(preview) = &self.preview {
+            if Format::of_path(preview)? != Format::Png {
+                return Err(Error::Usage(format!("{}: the suffix of a preview must be .png", preview.display())));
+            }
+            if *preview == self.output || is_same_file(preview, &self.output) {
+                return Err(Error::Usage(format!("{}: the preview must be another file than the output", preview.display())));
+            }
+        }
+        let mut sources: Vec<&Path> = photo.as_deref().into_iter().collect();
+        if let Source::File(map) = &importance {
+            sources.push(Path::new(map));
+        }
+        for written in [Some(&self.output), self.preview.as_ref()].into_iter().flatten() {
+            if sources.iter().any(|source| is_same_file(written, source)) {
+                return Err(Error::Usage(format!(
+                    "{}: the drawing would replace an image that it is made from",
+                    written.display()
+                )));
+            }
+        }
+        let preview = self.preview.clone().map(|path| (path, self.preview_width));
+        Ok(Job { photo, output, preview, importance, options, background: self.background.0 })
+    }
+
+    fn options(&self) -> Options {
+        fn set<T: Copy>(option: &mut T, given: Option<T>) {
+            if let Some(value) = given {
+                *option = value;
+            }
+        }
+        let mut options = if self.paper { Options::paper() } else { Options::default() };
+        set(&mut options.lattice, self.lattice);
+        set(&mut options.density, self.density.map(Some));
+        set(&mut options.nodes, self.nodes.map(Some));
+        set(&mut options.nodes_per_pixel, self.nodes_per_pixel.map(Some));
+        set(&mut options.relax, self.relax);
+        set(&mut options.k1, self.k1);
+        set(&mut options.k2, self.k2);
+        set(&mut options.base, self.base);
+        set(&mut options.detail_gain, self.detail_gain);
+        set(&mut options.rings, self.rings);
+        set(&mut options.importance_alpha, self.importance_alpha);
+        set(&mut options.alpha, self.alpha);
+        set(&mut options.stipple_scale, self.stipple_scale);
+        set(&mut options.gamma, self.gamma);
+        set(&mut options.contrast, self.contrast);
+        set(&mut options.invert, self.invert.then_some(true));
+        set(&mut options.threads, self.threads.map(Some));
+        options
+    }
+}
+
+/// Names the flag instead of the core's option.
+fn in_flags(error: graphstipple_core::Error) -> Error {
+    match error {
+        graphstipple_core::Error::Option { option, value, allowed } => {
+            Error::Usage(format!("--{} is {value}, but it must be {allowed}", option.replace('_', "-")))
+        }
+        other => Error::Core(other),
+    }
+}
+
+fn parse_width(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(width) if (1..=field::MAX_SIDE).contains(&width) => Ok(width),
+        _ => Err(format!("it must be between 1 and {} pixels", field::MAX_SIDE)),
+    }
+}
+
+fn parse_lattice(text: &str) -> Result<LatticeKind, String> {
+    match text {
+        "hexagonal" => Ok(LatticeKind::Hexagonal),
+        "square" => Ok(LatticeKind::Square),
+        _ => Err("it must be hexagonal or square".into()),
+    }
+}
+
+fn parse_alpha(text: &str) -> Result<Alpha, String> {
+    match text {
+        "dynamic" => Ok(Alpha::Dynamic),
+        _ => text.parse().map(Alpha::Constant).map_err(|_| "it must be dynamic or a number between 0 and 1".into()),
+    }
+}
+
+/// An sRGB colour. A type of its own, since clap takes an array for a list of values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Color([u8; 3]);
+
+fn parse_color(text: &str) -> Result<Color, String> {
+    let digits = match text {
+        "white" => "ffffff",
+        "black" => "000000",
+        _ => text.strip_prefix('#').unwrap_or(text),
+    };
+    if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return Err("it must be white, black or six hexadecimal digits RRGGBB".into());
+    }
+    let channel = |i: usize| u8::from_str_radix(&digits[i..i + 2], 16).expect("two hexadecimal digits");
+    Ok(Color([channel(0), channel(2), channel(4)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn job(arguments: &str) -> Result<Job> {
+        let words = ["graphstipple", "photo.png", "-o", "out.svg"].into_iter().chain(arguments.split_whitespace());
+        Arguments::try_parse_from(words).unwrap().job()
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn no_options_are_the_defaults_and_paper_is_the_papers() {
+        let plain = job("").unwrap();
+        assert_eq!((plain.options, plain.importance, plain.background), (Options::default(), Source::Saliency, [255; 3]));
+        assert_eq!(job("--paper").unwrap().options, Options::paper());
+        assert_eq!(job("--paper --relax 3").unwrap().options, Options { relax: 3, ..Options::paper() });
+    }
+
+    #[test]
+    fn every_option_arrives() {
+        let all = "--lattice square --density 1.5 --nodes 60000 --relax 2 --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 \
+                   --importance-alpha 0.5 --alpha 1 --stipple-scale 0.9 --gamma 1.1 --contrast 1.2 --invert --threads 2";
+        let expected = Options {
+            lattice: LatticeKind::Square,
+            density: Some(1.5),
+            nodes: Some(60_000),
+            nodes_per_pixel: None,
+            relax: 2,
+            k1: 3.0,
+            k2: 0.25,
+            base: 0.75,
+            detail_gain: 5.0,
+            rings: 4,
+            importance_alpha: Alpha::Constant(0.5),
+            alpha: Alpha::Constant(1.0),
+            stipple_scale: 0.9,
+            gamma: 1.1,
+            contrast: 1.2,
+            invert: true,
+            threads: Some(2),
+        };
+        assert_eq!(job(all).unwrap().options, expected);
+        assert_eq!(job("--nodes-per-pixel 0.2").unwrap().options.nodes_per_pixel, Some(0.2));
+        let job = job("--importance constant:0.5 --background #0aF01b").unwrap();
+        assert_eq!((job.importance, job.background), (Source::Constant(0.5), [10, 240, 27]));
+    }
+
+    #[test]
+    fn ranges_are_told_by_the_flags_name() {
+        for (arguments, message) in [
+            ("--detail-gain -1", "--detail-gain is -1, but it must be between 0 and 1000"),
+            ("--gamma NaN", "--gamma is NaN, but it must be between 0.1 and 10"),
+            ("--alpha 1.5", "--alpha is 1.5, but it must be \"dynamic\" or a number between 0 and 1"),
+            ("--importance constant:2", "--importance is constant:2, but it must be constant:V with V above 0 and at most 1"),
+            ("--width 10", "--width is for a .png output: an SVG has no width in pixels (see --preview-width)"),
+            ("--preview out.svg", "out.svg: the suffix of a preview must be .png"),
+        ] {
+            let error = job(arguments).unwrap_err();
+            assert_eq!((error.to_string().as_str(), error.exit_code()), (message, 2));
+        }
+    }
+
+    #[test]
+    fn the_help_tells_every_option_with_its_default() {
+        let command = Arguments::command();
+        let serde_json::Value::Object(mut defaults) = serde_json::to_value(Options::default()).unwrap() else { panic!() };
+        // Not part of the metadata, but an option all the same.
+        defaults.insert("threads".into(), serde_json::Value::Null);
+        for (name, value) in defaults {
+            let argument = command.get_arguments().find(|a| a.get_id() == name.as_str()).unwrap_or_else(|| panic!("no --{name}"));
+            assert_eq!(argument.get_long(), Some(name.replace('_', "-").as_str()));
+            let help = argument.get_help().unwrap().to_string();
+            let told = match value {
+                serde_json::Value::Null => "default: ".to_owned(),
+                serde_json::Value::Bool(false) => continue,
+                serde_json::Value::String(word) => format!("default {word}"),
+                number => format!("default {}", number.as_f64().unwrap()),
+            };
+            assert!(help.contains(&told), "the help of {name} does not say {told:?}: {help}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! What can go wrong around the core: files and arguments. Every message is one sentence meant for the user.
+
+use std::io;
+use std::path::PathBuf;
+
+/// An error of the command line or of reading and writing files.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The arguments break a rule: an unknown option, a suffix that stands for no format, and the like.
+    #[error("{0}")]
+    Usage(String),
+    /// A file cannot be read or written.
+    #[error("{}: {}", path.display(), sentence(source))]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file was read, but its content is no image that the core takes.
+    #[error("{}: {source}", path.display())]
+    Photo {
+        /// Which file; `-` is standard input.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: graphstipple_core::Error,
+    },
+    /// The core refused or failed.
+    #[error(transparent)]
+    Core(#[from] graphstipple_core::Error),
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// The result type of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// The exit code that stands for it: 1 failure, 2 usage, 130 interrupted.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) | Self::Core(graphstipple_core::Error::Option { .. }) => 2,
+            Self::Interrupted | Self::Core(graphstipple_core::Error::Cancelled) => 130,
+            Self::File { .. } | Self::Photo { .. } | Self::Core(_) => 1,
+        }
+    }
+}
+
+/// The common cases in plain words, without the system's error numbers.
+fn sentence(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "the file does not exist".into(),
+        io::ErrorKind::PermissionDenied => "permission denied".into(),
+        io::ErrorKind::IsADirectory => "this is a folder, not a file".into(),
+        io::ErrorKind::StorageFull => "there is no space left on the disk".into(),
+        _ => error.to_string(),
+    }
+}

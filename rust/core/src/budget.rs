@@ -1,0 +1,209 @@
+//! The node budget: one factor on the importance, clipped to [0, 1], found on the real first diffusion, so that the wanted
+//! number of nodes is kept.
+//!
+//! The factor is applied to the lattice nodes' values. The number of nodes kept is close to the sum of the values after clipping,
+//! less a part that varies slowly. So the search goes by that sum, which costs nothing to know, and needs two or three
+//! diffusions where plain bisection needs eight.
+//!
+//! # Where no factor will do
+//! The dynamic rule keeps flat fields at a few fixed densities only (1/4, 1/2, 3/4 and all on the hexagonal lattice, since
+//! nothing but the order of ties tells nodes apart), and no factor lifts an importance of 0. When the search closes in on such a jump, the
+//! importance is diffused with alpha = 1, which keeps the wanted share of any field, after a small constant is added to it and it is varied a little.
+
+use crate::control::Control;
+use crate::diffusion::{Diffusion, diffuse};
+use crate::error::{Error, Result};
+use crate::graph::Adjacency;
+use crate::lattice::Lattice;
+use crate::params::Alpha;
+
+/// How far from the budget the number of kept nodes may be, as a share of it.
+const TOLERANCE: f64 = 0.02;
+
+/// Diffusions after which a search gives up; the best one counts.
+const MAX_DIFFUSIONS: usize = 12;
+
+/// Added to the importance when alpha = 1 has to fill what the map leaves empty: a quarter of the least grey level of an
+/// 8-bit map, so that it matters only where the map is 0 or the factor is large.
+const FLOOR: f32 = 1.0 / 1024.0;
+
+/// Share by which that importance varies from node to node, so that flat parts do not fall into a few regular patterns with jumps
+/// between them. Less leaves jumps at small budgets; more is seen as noise.
+const JITTER: f32 = 0.2;
+
+/// A number in [-1, 1) that depends on the node alone (the finalizer of SplitMix64).
+fn noise(node: usize) -> f32 {
+    let mut z = (node as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+}
+
+/// The labels of the first phase under a budget of `nodes`, and the factor that gave them.
+///
+/// # Errors
+/// [`Error::Input`] if the lattice has clearly fewer nodes than the budget; [`Error::Cancelled`].
+pub(crate) fn meet(
+    lattice: &Lattice,
+    values: &[f32],
+    nodes: f64,
+    parameters: &Diffusion,
+    control: &Control,
+) -> Result<(Vec<u8>, f64)> {
+    if nodes > lattice.len() as f64 * (1.0 + TOLERANCE) + 1.0 {
+        return Err(Error::Input(format!(
+            "the node budget is {nodes:.0}, but the lattice has only {} nodes: a higher density makes more",
+            lattice.len()
+        )));
+    }
+    let found = search(lattice, values, nodes, parameters, control)?;
+    if found.miss <= allowed_miss(nodes) {
+        return Ok((found.labels, found.factor));
+    }
+    let plain = Diffusion { alpha: Alpha::Constant(1.0), ..*parameters };
+    let lifted: Vec<f32> = values.iter().enumerate().map(|(i, v)| (v + FLOOR) * (1.0 + JITTER * noise(i))).collect();
+    let found = search(lattice, &lifted, nodes, &plain, control)?;
+    Ok((found.labels, found.factor))
+}
+
+/// One node more or less is met, whatever its share.
+fn allowed_miss(nodes: f64) -> f64 {
+    (TOLERANCE * nodes).max(1.0)
+}
+
+struct Found {
+    labels: Vec<u8>,
+    factor: f64,
+    /// By how many nodes it misses the budget.
+    miss: f64,
+}
+
+fn search(lattice: &Lattice, values: &[f32], nodes: f64, parameters: &Diffusion, control: &Control) -> Result<Found> {
+    let sums = ClippedSum::new(values);
+    // Sums between which the budget lies, with the nodes kept there.
+    let mut below = (0.0, 0.0);
+    let mut above = (values.len() as f64, f64::INFINITY);
+    // A diffusion with dynamic alpha keeps fewer nodes than the sum, by this share of all nodes on photos.
+    let lost = if parameters.alpha == Alpha::Dynamic { 0.03 } else { 0.0 };
+    let mut guess = nodes + lost * values.len() as f64;
+    let mut best: Option<Found> = None;
+    for _ in 0..MAX_DIFFUSIONS {
+        let factor = sums.factor(guess.min(above.0));
+        let scaled: Vec<f32> = values.iter().map(|v| (f64::from(*v) * factor).min(1.0) as f32).collect();
+        let labels = diffuse(lattice, &scaled, parameters, control)?;
+        let kept = labels.iter().filter(|label| **label == 1).count() as f64;
+        let miss = (kept - nodes).abs();
+        if best.as_ref().is_none_or(|b| miss < b.miss) {
+            best = Some(Found { labels, factor, miss });
+        }
+        if miss <= allowed_miss(nodes) {
+            break;
+        }
+        let sum = sums.at(factor);
+        if kept < nodes {
+            below = (sum, kept);
+        } else {
+            above = (sum, kept);
+        }
+        if above.0 - below.0 <= 1e-4 * above.0 {
+            break;
+        }
+        // With both ends known, where the straight line between them meets the budget, but not too close to either end; with
+        // one, what was missing, and a little more so that the other end comes into sight.
+        guess = if above.1.is_infinite() {
+            (sum + 1.2 * (nodes - kept)).min(above.0)
+        } else if below.0 == 0.0 {
+            sum - 1.2 * (kept - nodes)
+        } else {
+            let fraction = (nodes - below.1) / (above.1 - below.1);
+            below.0 + fraction.clamp(0.1, 0.9) * (above.0 - below.0)
+        };
+        guess = guess.max(below.0 + 0.1 * (above.0 - below.0).min(guess.abs()));
+    }
+    best.ok_or_else(|| Error::Internal("the node budget was not searched for".into()))
+}
+
+/// The sum of `min(1, factor * value)` over all nodes, and the factor that makes it a given sum.
+struct ClippedSum {
+    /// All values above 0, in increasing order.
+    values: Vec<f32>,
+    /// `prefix[k]` is the sum of the first k values.
+    prefix: Vec<f64>,
+}
+
+impl ClippedSum {
+    fn new(values: &[f32]) -> Self {
+        let mut values: Vec<f32> = values.iter().copied().filter(|v| *v > 0.0).collect();
+        values.sort_unstable_by(f32::total_cmp);
+        let mut prefix = Vec::with_capacity(values.len() + 1);
+        let mut sum = 0.0;
+        prefix.push(sum);
+        for value in &values {
+            sum += f64::from(*value);
+            prefix.push(sum);
+        }
+        Self { values, prefix }
+    }
+
+    fn at(&self, factor: f64) -> f64 {
+        let unclipped = self.values.partition_point(|v| f64::from(*v) * factor < 1.0);
+        self.prefix[unclipped] * factor + (self.values.len() - unclipped) as f64
+    }
+
+    /// The largest factor is that at which every value above 0 is clipped.
+    fn factor(&self, sum: f64) -> f64 {
+        let Some(smallest) = self.values.first() else {
+            return 1.0;
+        };
+        let (mut low, mut high) = (0.0, 1.0 / f64::from(*smallest));
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.at(middle) < sum { low = middle } else { high = middle }
+        }
+        high
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::{LatticeKind, Options};
+
+    fn kept(values: impl Fn(usize) -> f32, nodes: f64) -> f64 {
+        let lattice = Lattice::new(LatticeKind::Hexagonal, 80, 60, 1.0).unwrap();
+        let values: Vec<f32> = (0..lattice.len()).map(values).collect();
+        let parameters = Diffusion::of_importance(&Options::default());
+        let (labels, _) = meet(&lattice, &values, nodes, &parameters, &Control::new()).unwrap();
+        labels.iter().filter(|l| **l == 1).count() as f64
+    }
+
+    #[test]
+    fn the_budget_is_met_on_smooth_flat_and_mostly_empty_maps() {
+        for nodes in [200.0, 1000.0, 1500.0, 3500.0] {
+            for (name, map) in [
+                ("smooth", Box::new(|i: usize| (i % 80) as f32 / 79.0) as Box<dyn Fn(usize) -> f32>),
+                ("flat", Box::new(|_| 0.3)),
+                ("two flats", Box::new(|i| if i % 80 < 40 { 0.2 } else { 0.9 })),
+                ("mostly empty", Box::new(|i| if i < 500 { 0.5 + (i % 7) as f32 / 20.0 } else { 0.0 })),
+            ] {
+                let kept = kept(map, nodes);
+                assert!((kept - nodes).abs() <= 0.02 * nodes, "{name}: {kept} of {nodes}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_budget_beyond_the_lattice_is_refused() {
+        let lattice = Lattice::new(LatticeKind::Square, 10, 10, 1.0).unwrap();
+        let parameters = Diffusion::of_importance(&Options::default());
+        let error = meet(&lattice, &[0.5; 100], 150.0, &parameters, &Control::new()).unwrap_err().to_string();
+        assert_eq!(error, "the node budget is 150, but the lattice has only 100 nodes: a higher density makes more");
+    }
+
+    #[test]
+    fn the_clipped_sum_and_its_factor_are_inverse() {
+        let sums = ClippedSum::new(&[0.0, 0.1, 0.4, 0.5]);
+        assert!((sums.at(2.0) - 2.0).abs() < 1e-6);
+        assert!((sums.at(sums.factor(1.7)) - 1.7).abs() < 1e-6);
+    }
+}
