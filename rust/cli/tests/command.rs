@@ -56,7 +56,7 @@ impl Desk {
 fn write_photo(path: &Path, width: u32, height: u32) {
     let value = |x: u32, y: u32| {
         let wave = ((x as f32 * 0.19).sin() * (y as f32 * 0.13).cos() + 1.0) * 90.0;
-        if (x / 24 + y / 24) % 2 == 0 { wave as u8 } else { 255 - wave as u8 / 2 }
+        if (x / 24 + y / 24).is_multiple_of(2) { wave as u8 } else { 255 - wave as u8 / 2 }
     };
     image::GrayImage::from_fn(width, height, |x, y| image::Luma([value(x, y)])).save(path).unwrap();
 }

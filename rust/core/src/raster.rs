@@ -32,7 +32,7 @@ const DOT_TOLERANCE: f64 = 0.05;
 const GRID: f64 = 256.0;
 
 /// Pixels of a band, roughly: 4 bytes each while it is painted. Smaller bands clip more outlines, larger ones leave threads idle.
-const BAND_PIXELS: usize = 1 << 18;
+const BAND_PIXELS: usize = 1 << 17;
 
 /// A grey raster: 0 black, 255 white, row-major.
 #[derive(Debug, Clone, PartialEq, Eq)]

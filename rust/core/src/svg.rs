@@ -15,7 +15,7 @@ use kurbo::{BezPath, PathEl, Point};
 use crate::drawing::{Drawing, FLATTENING_TOLERANCE, Ink, Mark, Stipple};
 
 /// Units per pixel. A control point may lie a unit off its place, the end of a line half a unit: at 16 neither can be seen at ten
-/// times the size. Half as many units save about 8 % of the file and let small loops gain or lose 4 % of their area at random.
+/// times the size. Half as many units save 8 % of the file, and the area of a loop of 17 px^2 comes out 1.4 % off instead of 0.8.
 const UNITS_PER_PIXEL: f64 = 16.0;
 
 /// The transform that takes units to pixels: 1 / [`UNITS_PER_PIXEL`].
@@ -300,8 +300,8 @@ pub(crate) mod samples {
         let middle = |i: usize| controls[i % controls.len()].midpoint(controls[(i + 1) % controls.len()]);
         let mut path = BezPath::new();
         path.move_to(middle(controls.len() - 1));
-        for i in 0..controls.len() {
-            path.quad_to(controls[i], middle(i));
+        for (i, control) in controls.iter().enumerate() {
+            path.quad_to(*control, middle(i));
         }
         path.close_path();
         path
@@ -321,7 +321,7 @@ pub(crate) mod samples {
 
     /// A drawing of closed curves and dots, each with its level; what lies in what is not looked at.
     pub(crate) fn drawing(width: usize, height: usize, curves: Vec<(BezPath, u32)>, dots: &[(f64, f64, f64, u32)]) -> Drawing {
-        let ink = |level: u32| if level % 2 == 0 { Ink::White } else { Ink::Black };
+        let ink = |level: u32| if level.is_multiple_of(2) { Ink::White } else { Ink::Black };
         let mut areas: Vec<(f64, Mark)> = Vec::new();
         let mut regions = Vec::new();
         for (i, (curve, level)) in curves.iter().enumerate() {
@@ -467,7 +467,7 @@ mod tests {
 
     #[test]
     fn dots_keep_their_place_and_their_ink() {
-        for (x, y, radius) in [(10.0, 20.0, 0.5), (3.3, 4.4, 0.3), (7.77, 1.23, 0.7), (100.1, 50.2, 3.1415)] {
+        for (x, y, radius) in [(10.0, 20.0, 0.5), (3.3, 4.4, 0.3), (7.77, 1.23, 0.7), (100.1, 50.2, 3.21)] {
             let mut writer = PathWriter::default();
             writer.dot(&Stipple { x, y, radius, ink: Ink::Black, component: 0, level: 1 });
             let data = String::from_utf8(writer.bytes).unwrap();

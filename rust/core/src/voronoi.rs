@@ -52,6 +52,7 @@ pub fn cells(
 ) -> Result<Cells> {
     check(sites, width, height, samples_per_pixel, field)?;
     let tiles = tiles(sites, width, height, samples_per_pixel);
+    let pixel_of: Vec<usize> = (0..width * samples_per_pixel).map(|column| column / samples_per_pixel).collect();
     let mut sums = vec![Sums::default(); sites.len()];
     // Tiles are worked on in any order and added up in theirs, so that the result does not depend on the threads.
     for batch in tiles.chunks(TILES_AT_ONCE) {
@@ -60,9 +61,12 @@ pub fn cells(
             .par_iter()
             .map(|tile| {
                 let mut part = vec![Sums::default(); tile.candidates.len()];
-                tile.own(sites, samples_per_pixel, |local, column, row| {
-                    let value = field.map_or(0.0, |f| f64::from(f.at(column / samples_per_pixel, row / samples_per_pixel)));
-                    part[local].add(column, row, value);
+                tile.own(sites, samples_per_pixel, |run| {
+                    let values = field.map(|f| &f.values()[run.row / samples_per_pixel * width..][..width]);
+                    for (column, local) in (run.first_column..).zip(run.owners) {
+                        let value = values.map_or(0.0, |values| f64::from(values[pixel_of[column]]));
+                        part[*local as usize].add(column, run.row, value);
+                    }
                 });
                 part
             })
@@ -122,7 +126,11 @@ pub fn owners(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel
     let mut owners = vec![0; stride * height * samples_per_pixel];
     for tile in tiles(sites, width, height, samples_per_pixel) {
         control.check()?;
-        tile.own(sites, samples_per_pixel, |local, column, row| owners[row * stride + column] = tile.candidates[local]);
+        tile.own(sites, samples_per_pixel, |run| {
+            for (owner, local) in owners[run.row * stride + run.first_column..].iter_mut().zip(run.owners) {
+                *owner = tile.candidates[*local as usize];
+            }
+        });
     }
     Ok(owners)
 }
@@ -157,7 +165,8 @@ const TILE: usize = 256;
 /// Tiles between two looks at the cancellation flag.
 const TILES_AT_ONCE: usize = 64;
 
-/// Side of the boxes, in samples, in which every sample is compared with every candidate.
+/// Side of the boxes, in samples, in which every sample is compared with every candidate. Smaller boxes narrow down more often,
+/// larger ones compare more; the comparison runs several samples at a time.
 const LEAF: usize = 8;
 
 fn check(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel: usize, field: Option<&Field>) -> Result<()> {
@@ -276,27 +285,28 @@ impl Box2 {
     }
 }
 
-/// Candidate sites, positions in samples; lists of nested boxes lie one behind the other, as on a stack.
+/// A site that may own samples of a box; its position in samples.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    x: f64,
+    y: f64,
+    /// Its place in the tile's (or, for the canvas, the caller's) list.
+    local: u32,
+}
+
+/// Candidate sites; the lists of nested boxes lie one behind the other, as on a stack.
 #[derive(Debug, Default)]
 struct Candidates {
-    local: Vec<u32>,
-    x: Vec<f64>,
-    y: Vec<f64>,
+    stack: Vec<Candidate>,
     /// Squared distances to the four corners of the box that is narrowed down, by candidate.
     corners: Vec<[f64; 4]>,
 }
 
 impl Candidates {
-    fn push(&mut self, local: u32, x: f64, y: f64) {
-        self.local.push(local);
-        self.x.push(x);
-        self.y.push(y);
-    }
-
-    fn truncate(&mut self, length: usize) {
-        self.local.truncate(length);
-        self.x.truncate(length);
-        self.y.truncate(length);
+    fn new(sites: impl Iterator<Item = [f64; 2]>, samples_per_pixel: usize) -> Self {
+        let scale = samples_per_pixel as f64;
+        let stack = sites.enumerate().map(|(i, site)| Candidate { x: site[0] * scale, y: site[1] * scale, local: i as u32 });
+        Self { stack: stack.collect(), corners: Vec::new() }
     }
 
     /// Appends those of the candidates `range` that can own a sample of the box, in their order.
@@ -304,25 +314,25 @@ impl Candidates {
         let [left, right, top, bottom] = area.extent();
         self.corners.clear();
         let mut nearest = [(f64::INFINITY, 0); 4];
-        for i in range.clone() {
-            let (x, y) = (self.x[i], self.y[i]);
-            let [l, r, t, b] = [x - left, x - right, y - top, y - bottom].map(|d| d * d);
+        for (i, candidate) in self.stack[range.clone()].iter().enumerate() {
+            let [l, r] = [candidate.x - left, candidate.x - right].map(|d| d * d);
+            let [t, b] = [candidate.y - top, candidate.y - bottom].map(|d| d * d);
             let corners = [l + t, r + t, l + b, r + b];
             for (best, distance) in nearest.iter_mut().zip(corners) {
                 if distance < best.0 {
-                    *best = (distance, i - range.start);
+                    *best = (distance, i);
                 }
             }
             self.corners.push(corners);
         }
         let rivals = nearest.map(|(_, i)| self.corners[i]);
-        for i in range.clone() {
-            let corners = self.corners[i - range.start];
+        for (i, corners) in range.zip(&self.corners) {
             // At a tie both stay: the leaf decides by index.
-            let survives = rivals.iter().all(|rival| (0..4).any(|k| corners[k] <= rival[k]));
-            if survives {
-                let (local, x, y) = (self.local[i], self.x[i], self.y[i]);
-                self.push(local, x, y);
+            let survives = |rival: &[f64; 4]| {
+                (corners[0] <= rival[0]) | (corners[1] <= rival[1]) | (corners[2] <= rival[2]) | (corners[3] <= rival[3])
+            };
+            if rivals.iter().all(survives) {
+                self.stack.push(self.stack[i]);
             }
         }
     }
@@ -336,15 +346,11 @@ struct Tile {
 
 /// Divides the canvas into tiles of at most [`TILE`] samples a side.
 fn tiles(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel: usize) -> Vec<Tile> {
-    let scale = samples_per_pixel as f64;
-    let mut candidates = Candidates::default();
-    for (i, site) in sites.iter().enumerate() {
-        candidates.push(i as u32, site[0] * scale, site[1] * scale);
-    }
+    let mut candidates = Candidates::new(sites.iter().copied(), samples_per_pixel);
     let mut tiles = Vec::new();
     let canvas = Box2 { x: (0, width * samples_per_pixel), y: (0, height * samples_per_pixel) };
-    divide(&mut candidates, 0..sites.len(), canvas, TILE, &mut |candidates, range, area| {
-        tiles.push(Tile { area, candidates: candidates.local[range].to_vec() });
+    divide(&mut candidates, 0..sites.len(), canvas, TILE, &mut |candidates, area| {
+        tiles.push(Tile { area, candidates: candidates.iter().map(|c| c.local).collect() });
     });
     tiles
 }
@@ -355,46 +361,63 @@ fn divide(
     range: std::ops::Range<usize>,
     area: Box2,
     side: usize,
-    visit: &mut impl FnMut(&Candidates, std::ops::Range<usize>, Box2),
+    visit: &mut impl FnMut(&[Candidate], Box2),
 ) {
     if area.longest_side() <= side || range.len() == 1 {
-        visit(candidates, range, area);
+        visit(&candidates.stack[range], area);
         return;
     }
     for half in area.halves() {
-        let start = candidates.local.len();
+        let start = candidates.stack.len();
         candidates.narrow(range.clone(), half);
-        divide(candidates, start..candidates.local.len(), half, side, visit);
-        candidates.truncate(start);
+        divide(candidates, start..candidates.stack.len(), half, side, visit);
+        candidates.stack.truncate(start);
     }
 }
 
+/// The owners of some samples of one row, one beside the other, as places in the tile's list.
+struct Run<'a> {
+    row: usize,
+    first_column: usize,
+    owners: &'a [u32],
+}
+
 impl Tile {
-    /// Calls `emit(position in the candidate list, column, row)` once for every sample of the tile.
-    fn own(&self, sites: &[[f64; 2]], samples_per_pixel: usize, mut emit: impl FnMut(usize, usize, usize)) {
-        let scale = samples_per_pixel as f64;
-        let mut candidates = Candidates::default();
-        for (local, candidate) in self.candidates.iter().enumerate() {
-            let site = sites[*candidate as usize];
-            candidates.push(local as u32, site[0] * scale, site[1] * scale);
-        }
+    /// Calls `emit` so that every sample of the tile comes once.
+    fn own(&self, sites: &[[f64; 2]], samples_per_pixel: usize, mut emit: impl FnMut(Run)) {
         let all = 0..self.candidates.len();
-        divide(&mut candidates, all, self.area, LEAF, &mut |candidates, range, area| {
-            let (local, xs, ys) = (&candidates.local[range.clone()], &candidates.x[range.clone()], &candidates.y[range]);
-            for row in area.y.0..area.y.1 {
-                let y = row as f64 + 0.5;
-                for column in area.x.0..area.x.1 {
-                    let x = column as f64 + 0.5;
-                    let mut best = (f64::INFINITY, 0);
-                    for (i, (site_x, site_y)) in xs.iter().zip(ys).enumerate() {
-                        let (dx, dy) = (site_x - x, site_y - y);
-                        let distance = dx * dx + dy * dy;
-                        if distance < best.0 {
-                            best = (distance, i);
-                        }
-                    }
-                    emit(local[best.1] as usize, column, row);
+        let mut candidates = Candidates::new(self.candidates.iter().map(|i| sites[*i as usize]), samples_per_pixel);
+        let mut dx_squared: Vec<[f64; LEAF]> = Vec::new();
+        divide(&mut candidates, all, self.area, LEAF, &mut |candidates, area| {
+            if let [only] = candidates {
+                let owners = vec![only.local; area.x.1 - area.x.0];
+                for row in area.y.0..area.y.1 {
+                    emit(Run { row, first_column: area.x.0, owners: &owners });
                 }
+                return;
+            }
+            dx_squared.clear();
+            dx_squared.extend(candidates.iter().map(|c| {
+                std::array::from_fn(|i| {
+                    let dx = (area.x.0 + i) as f64 + 0.5 - c.x;
+                    dx * dx
+                })
+            }));
+            for row in area.y.0..area.y.1 {
+                // Arrays of a fixed length, so that the comparisons run several samples at a time.
+                let mut nearest = [f64::INFINITY; LEAF];
+                let mut owners = [0; LEAF];
+                for (candidate, dx_squared) in candidates.iter().zip(&dx_squared) {
+                    let dy = row as f64 + 0.5 - candidate.y;
+                    let dy_squared = dy * dy;
+                    for i in 0..LEAF {
+                        let distance = dx_squared[i] + dy_squared;
+                        let nearer = distance < nearest[i];
+                        nearest[i] = if nearer { distance } else { nearest[i] };
+                        owners[i] = if nearer { candidate.local } else { owners[i] };
+                    }
+                }
+                emit(Run { row, first_column: area.x.0, owners: &owners[..area.x.1 - area.x.0] });
             }
         });
     }
