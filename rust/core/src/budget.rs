@@ -123,17 +123,26 @@ fn search(lattice: &Lattice, values: &[f32], nodes: f64, parameters: &Diffusion,
     best.ok_or_else(|| Error::Internal("the node budget was not searched for".into()))
 }
 
-/// The sum of `min(1, factor * value)` over all nodes, and the factor that makes it a given sum.
+/// The sum of `min(1, factor * value)` over all nodes, and the factor that makes it a given sum. It only guides the search, so on
+/// large lattices every so many-th node stands for those behind it.
 struct ClippedSum {
-    /// All values above 0, in increasing order.
+    /// The values above 0, in increasing order.
     values: Vec<f32>,
     /// `prefix[k]` is the sum of the first k values.
     prefix: Vec<f64>,
+    /// How many nodes each value stands for.
+    weight: f64,
 }
+
+/// Values that a [`ClippedSum`] looks at: enough to place a factor within a fraction of a per cent.
+const CLIPPED_SUM_VALUES: usize = 1 << 16;
 
 impl ClippedSum {
     fn new(values: &[f32]) -> Self {
-        let mut values: Vec<f32> = values.iter().copied().filter(|v| *v > 0.0).collect();
+        let stride = values.len().div_ceil(CLIPPED_SUM_VALUES);
+        let all = values.iter().step_by(stride);
+        let weight = values.len() as f64 / all.len() as f64;
+        let mut values: Vec<f32> = all.copied().filter(|v| *v > 0.0).collect();
         values.sort_unstable_by(f32::total_cmp);
         let mut prefix = Vec::with_capacity(values.len() + 1);
         let mut sum = 0.0;
@@ -142,12 +151,12 @@ impl ClippedSum {
             sum += f64::from(*value);
             prefix.push(sum);
         }
-        Self { values, prefix }
+        Self { values, prefix, weight }
     }
 
     fn at(&self, factor: f64) -> f64 {
         let unclipped = self.values.partition_point(|v| f64::from(*v) * factor < 1.0);
-        self.prefix[unclipped] * factor + (self.values.len() - unclipped) as f64
+        self.weight * (self.prefix[unclipped] * factor + (self.values.len() - unclipped) as f64)
     }
 
     /// The largest factor is that at which every value above 0 is clipped.

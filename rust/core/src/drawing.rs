@@ -191,7 +191,7 @@ impl Drawing {
             };
             let level = level as usize;
             while levels.len() <= level {
-                let ink = if levels.len() % 2 == 0 { Ink::White } else { Ink::Black };
+                let ink = if levels.len().is_multiple_of(2) { Ink::White } else { Ink::Black };
                 levels.push(Level { ink, marks: Vec::new() });
             }
             debug_assert_eq!(levels[level].ink, ink);
@@ -285,10 +285,6 @@ impl Drawing {
                 continue;
             };
             let path = self.ring_path(&self.regions[index as usize].exterior, FLATTENING_TOLERANCE);
-            if closes_on_its_start(&path) {
-                anchors -= 1;
-                coordinates -= 1;
-            }
             for element in path.elements() {
                 let (on_curve, pairs) = match element {
                     PathEl::MoveTo(_) | PathEl::LineTo(_) => (1, 1),
@@ -298,6 +294,10 @@ impl Drawing {
                 };
                 anchors += on_curve;
                 coordinates += pairs;
+            }
+            if closes_on_its_start(&path) {
+                anchors -= 1;
+                coordinates -= 1;
             }
         }
         (anchors, coordinates)

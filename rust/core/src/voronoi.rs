@@ -1,10 +1,11 @@
 //! Voronoi cells on a grid of samples: areas, centroids and field means of cells, and Lloyd relaxation.
 //!
 //! The canvas carries `samples_per_pixel` x `samples_per_pixel` samples a pixel, sample (i, j) at `((i + 0.5) / s, (j + 0.5) / s)`.
-//! Every sample belongs to its nearest site, the lower index on ties. For sites in general position the owners are found by
-//! halving the canvas: a box keeps the sites that can own a point of it, and hands them to its halves. A site can own a point of
-//! a box only if, against every other site, it is nearer at some corner: what is nearer to one of two sites is a half-plane, and
-//! a half-plane that meets a box holds a corner of it. So large empty cells cost as little as small ones.
+//! Every sample belongs to its nearest site, the lower index on ties. For sites in general position the owners are found box by
+//! box, from the canvas down: a box with few sites in and around it, near enough to own all of it, is done with those; a crowded one is
+//! quartered; and a box whose owners are far away *narrows down* the candidates of the box around it. A site can own
+//! a point of a box only if, against every other site, it is nearer at some corner: what is nearer to one of two sites is a
+//! half-plane, and a half-plane that meets a box holds a corner of it. So large empty cells cost as little as small ones.
 //!
 //! What this module does not do: exact polygonal cells. Source: section 3.2 of the paper (node values, relaxation).
 
@@ -51,32 +52,17 @@ pub fn cells(
     control: &Control,
 ) -> Result<Cells> {
     check(sites, width, height, samples_per_pixel, field)?;
-    let tiles = tiles(sites, width, height, samples_per_pixel);
     let pixel_of: Vec<usize> = (0..width * samples_per_pixel).map(|column| column / samples_per_pixel).collect();
     let mut sums = vec![Sums::default(); sites.len()];
-    // Tiles are worked on in any order and added up in theirs, so that the result does not depend on the threads.
-    for batch in tiles.chunks(TILES_AT_ONCE) {
-        control.check()?;
-        let parts: Vec<Vec<Sums>> = batch
-            .par_iter()
-            .map(|tile| {
-                let mut part = vec![Sums::default(); tile.candidates.len()];
-                tile.own(sites, samples_per_pixel, |run| {
-                    let values = field.map(|f| &f.values()[run.row / samples_per_pixel * width..][..width]);
-                    for (column, local) in (run.first_column..).zip(run.owners) {
-                        let value = values.map_or(0.0, |values| f64::from(values[pixel_of[column]]));
-                        part[*local as usize].add(column, run.row, value);
-                    }
-                });
-                part
-            })
-            .collect();
-        for (tile, part) in batch.iter().zip(parts) {
-            for (candidate, sum) in tile.candidates.iter().zip(part) {
-                sums[*candidate as usize].merge(&sum);
+    for_each_tile(sites, width, height, samples_per_pixel, control, |area, owners| {
+        for (row, owners) in (area.y.0..area.y.1).zip(owners.chunks_exact(area.width())) {
+            let values = field.map(|f| &f.values()[row / samples_per_pixel * width..][..width]);
+            for (column, owner) in (area.x.0..area.x.1).zip(owners) {
+                let value = values.map_or(0.0, |values| f64::from(values[pixel_of[column]]));
+                sums[*owner as usize].add(column, row, value);
             }
         }
-    }
+    })?;
     Ok(finish(&sums, samples_per_pixel, field, |i| sites[i]))
 }
 
@@ -124,14 +110,11 @@ pub fn owners(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel
     check(sites, width, height, samples_per_pixel, None)?;
     let stride = width * samples_per_pixel;
     let mut owners = vec![0; stride * height * samples_per_pixel];
-    for tile in tiles(sites, width, height, samples_per_pixel) {
-        control.check()?;
-        tile.own(sites, samples_per_pixel, |run| {
-            for (owner, local) in owners[run.row * stride + run.first_column..].iter_mut().zip(run.owners) {
-                *owner = tile.candidates[*local as usize];
-            }
-        });
-    }
+    for_each_tile(sites, width, height, samples_per_pixel, control, |area, tile| {
+        for (row, tile) in (area.y.0..area.y.1).zip(tile.chunks_exact(area.width())) {
+            owners[row * stride + area.x.0..][..tile.len()].copy_from_slice(tile);
+        }
+    })?;
     Ok(owners)
 }
 
@@ -158,16 +141,22 @@ pub fn relax(
     Ok(sites)
 }
 
-/// Side of a tile in samples: tiles are what threads share out. Smaller ones repeat more sites along their borders, larger
-/// ones leave threads idle on small pictures.
+/// Side of a tile in samples: tiles are what threads share out. Smaller ones cost more to hand out, larger ones leave
+/// threads idle on small pictures.
 const TILE: usize = 256;
 
-/// Tiles between two looks at the cancellation flag.
-const TILES_AT_ONCE: usize = 64;
+/// Tiles between two looks at the cancellation flag; their owners are in memory at once.
+const TILES_AT_ONCE: usize = 32;
 
-/// Side of the boxes, in samples, in which every sample is compared with every candidate. Smaller boxes narrow down more often,
-/// larger ones compare more; the comparison runs several samples at a time.
+/// Side of the smallest boxes, in samples, in which every sample is compared with every candidate, and of the bins in which sites
+/// are looked up. Smaller ones narrow down more often, larger ones compare more.
 const LEAF: usize = 8;
+
+/// A box with more sites in and around it is quartered, if it can be, before they are looked at one by one.
+const CROWD: usize = 64;
+
+/// A leaf with more candidates than this narrows them down before it compares them with every sample.
+const WORTH_NARROWING: usize = 24;
 
 fn check(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel: usize, field: Option<&Field>) -> Result<()> {
     check_size(width, height)?;
@@ -221,13 +210,6 @@ impl Sums {
         self.rows += row as u64;
         self.values += value;
     }
-
-    fn merge(&mut self, other: &Self) {
-        self.count += other.count;
-        self.columns += other.columns;
-        self.rows += other.rows;
-        self.values += other.values;
-    }
 }
 
 fn finish(sums: &[Sums], samples_per_pixel: usize, field: Option<&Field>, site: impl Fn(usize) -> [f64; 2]) -> Cells {
@@ -264,19 +246,20 @@ struct Box2 {
 }
 
 impl Box2 {
-    /// The two halves across the longer side.
-    fn halves(self) -> [Self; 2] {
-        if self.x.1 - self.x.0 >= self.y.1 - self.y.0 {
-            let middle = (self.x.0 + self.x.1) / 2;
-            [Self { x: (self.x.0, middle), ..self }, Self { x: (middle, self.x.1), ..self }]
-        } else {
-            let middle = (self.y.0 + self.y.1) / 2;
-            [Self { y: (self.y.0, middle), ..self }, Self { y: (middle, self.y.1), ..self }]
-        }
+    fn width(self) -> usize {
+        self.x.1 - self.x.0
     }
 
     fn longest_side(self) -> usize {
-        (self.x.1 - self.x.0).max(self.y.1 - self.y.0)
+        self.width().max(self.y.1 - self.y.0)
+    }
+
+    /// The boxes of at most `side` samples a side, on the grid of that side, that make up this one.
+    fn split(self, side: usize) -> impl Iterator<Item = Self> {
+        let cut = move |(begin, end): (usize, usize)| {
+            (begin / side..end.div_ceil(side)).map(move |k| (begin.max(k * side), end.min((k + 1) * side)))
+        };
+        cut(self.y).flat_map(move |y| cut(self.x).map(move |x| Self { x, y }))
     }
 
     /// The outermost sample positions, in samples: left, right, top, bottom.
@@ -290,40 +273,84 @@ impl Box2 {
 struct Candidate {
     x: f64,
     y: f64,
-    /// Its place in the tile's (or, for the canvas, the caller's) list.
-    local: u32,
+    site: u32,
 }
 
-/// Candidate sites; the lists of nested boxes lie one behind the other, as on a stack.
-#[derive(Debug, Default)]
-struct Candidates {
+/// All sites, sorted into bins of [`LEAF`] samples a side.
+struct Bins {
+    candidates: Vec<Candidate>,
+    /// Start of every bin's sites in `order`, row by row of bins.
+    offsets: Vec<u32>,
+    order: Vec<u32>,
+    columns: usize,
+    rows: usize,
+}
+
+impl Bins {
+    fn new(sites: &[[f64; 2]], canvas: Box2, samples_per_pixel: usize) -> Self {
+        let scale = samples_per_pixel as f64;
+        let (columns, rows) = (canvas.x.1.div_ceil(LEAF), canvas.y.1.div_ceil(LEAF));
+        let candidates: Vec<Candidate> = (0u32..)
+            .zip(sites)
+            .map(|(site, position)| Candidate { x: position[0] * scale, y: position[1] * scale, site })
+            .collect();
+        let bin = |c: &Candidate| (c.y as usize / LEAF).min(rows - 1) * columns + (c.x as usize / LEAF).min(columns - 1);
+        let mut offsets = vec![0u32; columns * rows + 1];
+        for candidate in &candidates {
+            offsets[bin(candidate) + 1] += 1;
+        }
+        for i in 0..columns * rows {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut next = offsets.clone();
+        let mut order = vec![0; candidates.len()];
+        for candidate in &candidates {
+            let place = &mut next[bin(candidate)];
+            order[*place as usize] = candidate.site;
+            *place += 1;
+        }
+        Self { candidates, offsets, order, columns, rows }
+    }
+
+    /// The sites in the bins that lie within `reach` bins of a box, as runs of `order`, one a row of bins.
+    fn around(&self, area: Box2, reach: usize) -> impl Iterator<Item = &[u32]> {
+        let columns = ((area.x.0 / LEAF).saturating_sub(reach), (area.x.1.div_ceil(LEAF) + reach).min(self.columns));
+        let rows = (area.y.0 / LEAF).saturating_sub(reach)..(area.y.1.div_ceil(LEAF) + reach).min(self.rows);
+        rows.map(move |row| {
+            let begin = self.offsets[row * self.columns + columns.0] as usize;
+            &self.order[begin..self.offsets[row * self.columns + columns.1] as usize]
+        })
+    }
+}
+
+/// Candidate lists of boxes inside one another, one behind the other, as on a stack.
+#[derive(Default)]
+struct Lists {
     stack: Vec<Candidate>,
     /// Squared distances to the four corners of the box that is narrowed down, by candidate.
     corners: Vec<[f64; 4]>,
 }
 
-impl Candidates {
-    fn new(sites: impl Iterator<Item = [f64; 2]>, samples_per_pixel: usize) -> Self {
-        let scale = samples_per_pixel as f64;
-        let stack = sites.enumerate().map(|(i, site)| Candidate { x: site[0] * scale, y: site[1] * scale, local: i as u32 });
-        Self { stack: stack.collect(), corners: Vec::new() }
-    }
-
+impl Lists {
     /// Appends those of the candidates `range` that can own a sample of the box, in their order.
-    fn narrow(&mut self, range: std::ops::Range<usize>, area: Box2) {
+    ///
+    /// Each is compared with a few rivals: the nearest sites to the corners and to the middles of the sides. More rivals would cut
+    /// off more, but these leave little more than the sites in the box and a seam around it.
+    fn narrow(&mut self, range: std::ops::Range<usize>, area: Box2) -> std::ops::Range<usize> {
+        let start = self.stack.len();
         let [left, right, top, bottom] = area.extent();
+        let (middle_x, middle_y) = (0.5 * (left + right), 0.5 * (top + bottom));
         self.corners.clear();
-        let mut nearest = [(f64::INFINITY, 0); 4];
+        let mut nearest = [(f64::INFINITY, 0); 8];
         for (i, candidate) in self.stack[range.clone()].iter().enumerate() {
-            let [l, r] = [candidate.x - left, candidate.x - right].map(|d| d * d);
-            let [t, b] = [candidate.y - top, candidate.y - bottom].map(|d| d * d);
-            let corners = [l + t, r + t, l + b, r + b];
-            for (best, distance) in nearest.iter_mut().zip(corners) {
+            let [l, r, m] = [left, right, middle_x].map(|x| (candidate.x - x) * (candidate.x - x));
+            let [t, b, n] = [top, bottom, middle_y].map(|y| (candidate.y - y) * (candidate.y - y));
+            for (best, distance) in nearest.iter_mut().zip([l + t, r + t, l + b, r + b, m + t, m + b, l + n, r + n]) {
                 if distance < best.0 {
                     *best = (distance, i);
                 }
             }
-            self.corners.push(corners);
+            self.corners.push([l + t, r + t, l + b, r + b]);
         }
         let rivals = nearest.map(|(_, i)| self.corners[i]);
         for (i, corners) in range.zip(&self.corners) {
@@ -335,91 +362,175 @@ impl Candidates {
                 self.stack.push(self.stack[i]);
             }
         }
+        start..self.stack.len()
     }
-}
 
-/// A tile of the canvas with the sites that can own a sample of it, by index.
-struct Tile {
-    area: Box2,
-    candidates: Vec<u32>,
-}
-
-/// Divides the canvas into tiles of at most [`TILE`] samples a side.
-fn tiles(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel: usize) -> Vec<Tile> {
-    let mut candidates = Candidates::new(sites.iter().copied(), samples_per_pixel);
-    let mut tiles = Vec::new();
-    let canvas = Box2 { x: (0, width * samples_per_pixel), y: (0, height * samples_per_pixel) };
-    divide(&mut candidates, 0..sites.len(), canvas, TILE, &mut |candidates, area| {
-        tiles.push(Tile { area, candidates: candidates.iter().map(|c| c.local).collect() });
-    });
-    tiles
-}
-
-/// Halves a box until it is at most `side` samples long or a single site owns it, then hands it to `visit`.
-fn divide(
-    candidates: &mut Candidates,
-    range: std::ops::Range<usize>,
-    area: Box2,
-    side: usize,
-    visit: &mut impl FnMut(&[Candidate], Box2),
-) {
-    if area.longest_side() <= side || range.len() == 1 {
-        visit(&candidates.stack[range], area);
-        return;
+    /// Appends the sites in and within `reach` bins around a box, in order, if they are sure to own all of it.
+    fn gather(&mut self, bins: &Bins, area: Box2, reach: usize) -> Option<std::ops::Range<usize>> {
+        let start = self.stack.len();
+        for run in bins.around(area, reach) {
+            self.stack.extend(run.iter().map(|site| bins.candidates[*site as usize]));
+        }
+        // One of them is this near to all of the box; a site that was left out is further away than `reach` bins.
+        let [left, right, top, bottom] = area.extent();
+        let farthest = |c: &Candidate| {
+            let (dx, dy) = ((c.x - left).abs().max((c.x - right).abs()), (c.y - top).abs().max((c.y - bottom).abs()));
+            dx * dx + dy * dy
+        };
+        let nearest = self.stack[start..].iter().map(farthest).fold(f64::INFINITY, f64::min);
+        let limit = (reach * LEAF) as f64;
+        if nearest >= limit * limit && self.stack.len() - start < bins.candidates.len() {
+            self.stack.truncate(start);
+            return None;
+        }
+        self.stack[start..].sort_unstable_by_key(|c| c.site);
+        Some(start..self.stack.len())
     }
-    for half in area.halves() {
-        let start = candidates.stack.len();
-        candidates.narrow(range.clone(), half);
-        divide(candidates, start..candidates.stack.len(), half, side, visit);
-        candidates.stack.truncate(start);
-    }
-}
 
-/// The owners of some samples of one row, one beside the other, as places in the tile's list.
-struct Run<'a> {
-    row: usize,
-    first_column: usize,
-    owners: &'a [u32],
-}
-
-impl Tile {
-    /// Calls `emit` so that every sample of the tile comes once.
-    fn own(&self, sites: &[[f64; 2]], samples_per_pixel: usize, mut emit: impl FnMut(Run)) {
-        let all = 0..self.candidates.len();
-        let mut candidates = Candidates::new(self.candidates.iter().map(|i| sites[*i as usize]), samples_per_pixel);
-        let mut dx_squared: Vec<[f64; LEAF]> = Vec::new();
-        divide(&mut candidates, all, self.area, LEAF, &mut |candidates, area| {
-            if let [only] = candidates {
-                let owners = vec![only.local; area.x.1 - area.x.0];
-                for row in area.y.0..area.y.1 {
-                    emit(Run { row, first_column: area.x.0, owners: &owners });
+    /// Hands over boxes that make up `area`, each with its candidates, or without any if it is crowded and no more than `side`
+    /// samples long. `list` holds all that can own a sample of `area`, if that is known.
+    fn divide(
+        &mut self,
+        bins: &Bins,
+        list: Option<std::ops::Range<usize>>,
+        area: Box2,
+        side: usize,
+        visit: &mut impl FnMut(&mut Self, Option<std::ops::Range<usize>>, Box2),
+    ) {
+        let start = self.stack.len();
+        let longest = area.longest_side();
+        let mut reach = longest.div_ceil(LEAF);
+        let crowded = bins.around(area, reach).map(<[u32]>::len).sum::<usize>() > CROWD;
+        if crowded && longest <= side && list.is_none() {
+            visit(self, None, area);
+            return;
+        }
+        let mut list = list;
+        if !crowded {
+            let narrowed = self.gather(bins, area, reach).unwrap_or_else(|| {
+                if let Some(list) = list.clone() {
+                    return self.narrow(list, area);
                 }
-                return;
-            }
-            dx_squared.clear();
-            dx_squared.extend(candidates.iter().map(|c| {
-                std::array::from_fn(|i| {
-                    let dx = (area.x.0 + i) as f64 + 0.5 - c.x;
-                    dx * dx
-                })
-            }));
-            for row in area.y.0..area.y.1 {
-                // Arrays of a fixed length, so that the comparisons run several samples at a time.
-                let mut nearest = [f64::INFINITY; LEAF];
-                let mut owners = [0; LEAF];
-                for (candidate, dx_squared) in candidates.iter().zip(&dx_squared) {
-                    let dy = row as f64 + 0.5 - candidate.y;
-                    let dy_squared = dy * dy;
-                    for i in 0..LEAF {
-                        let distance = dx_squared[i] + dy_squared;
-                        let nearer = distance < nearest[i];
-                        nearest[i] = if nearer { distance } else { nearest[i] };
-                        owners[i] = if nearer { candidate.local } else { owners[i] };
+                loop {
+                    reach *= 2;
+                    if let Some(found) = self.gather(bins, area, reach) {
+                        return self.narrow(found, area);
                     }
                 }
-                emit(Run { row, first_column: area.x.0, owners: &owners[..area.x.1 - area.x.0] });
+            });
+            if narrowed.len() <= CROWD || longest <= side {
+                visit(self, Some(narrowed), area);
+                self.stack.truncate(start);
+                return;
             }
+            list = Some(narrowed);
+        } else if longest <= side {
+            visit(self, list, area);
+            return;
+        }
+        for quarter in area.split((longest / 2).next_power_of_two()) {
+            self.divide(bins, list.clone(), quarter, side, visit);
+        }
+        self.stack.truncate(start);
+    }
+
+    /// The candidates of a crowded leaf.
+    fn gather_crowd(&mut self, bins: &Bins, area: Box2) -> std::ops::Range<usize> {
+        let mut reach = 1;
+        loop {
+            match self.gather(bins, area, reach) {
+                Some(found) => return found,
+                None => reach *= 2,
+            }
+        }
+    }
+
+    /// Halves boxes of a few candidates until they are leaves or belong to one site, and writes their owners into those of `tile`.
+    fn settle(&mut self, range: std::ops::Range<usize>, area: Box2, tile: Box2, owners: &mut [u32]) {
+        let place = |row: usize| (row - tile.y.0) * tile.width() + area.x.0 - tile.x.0;
+        if let [only] = self.stack[range.clone()] {
+            for row in area.y.0..area.y.1 {
+                owners[place(row)..][..area.width()].fill(only.site);
+            }
+            return;
+        }
+        if area.longest_side() > LEAF {
+            for half in area.split((area.longest_side() / 2).next_multiple_of(LEAF)) {
+                let start = self.stack.len();
+                let narrowed = self.narrow(range.clone(), half);
+                self.settle(narrowed, half, tile, owners);
+                self.stack.truncate(start);
+            }
+            return;
+        }
+        for row in area.y.0..area.y.1 {
+            // Arrays of a fixed length, so that the comparisons run several samples at a time.
+            let mut nearest = [f64::INFINITY; LEAF];
+            let mut nearest_site = [0; LEAF];
+            for candidate in &self.stack[range.clone()] {
+                let dy = row as f64 + 0.5 - candidate.y;
+                let left = area.x.0 as f64 + 0.5 - candidate.x;
+                for i in 0..LEAF {
+                    let dx = left + i as f64;
+                    let distance = dx * dx + dy * dy;
+                    let nearer = distance < nearest[i];
+                    nearest[i] = if nearer { distance } else { nearest[i] };
+                    nearest_site[i] = if nearer { candidate.site } else { nearest_site[i] };
+                }
+            }
+            owners[place(row)..][..area.width()].copy_from_slice(&nearest_site[..area.width()]);
+        }
+    }
+}
+
+/// A part of the canvas with, where they were needed, its candidates.
+struct Task {
+    area: Box2,
+    candidates: Option<Vec<Candidate>>,
+}
+
+/// Finds the owners tile by tile, several at once, and hands them over in a fixed order: the box, and its owners row by row.
+fn for_each_tile(
+    sites: &[[f64; 2]],
+    width: usize,
+    height: usize,
+    samples_per_pixel: usize,
+    control: &Control,
+    mut take: impl FnMut(Box2, &[u32]),
+) -> Result<()> {
+    let canvas = Box2 { x: (0, width * samples_per_pixel), y: (0, height * samples_per_pixel) };
+    let bins = Bins::new(sites, canvas, samples_per_pixel);
+    let mut tasks = Vec::new();
+    Lists::default().divide(&bins, None, canvas, TILE, &mut |lists, list, area| {
+        let candidates: Option<Vec<Candidate>> = list.map(|list| lists.stack[list].to_vec());
+        tasks.extend(area.split(TILE).map(|area| Task { area, candidates: candidates.clone() }));
+    });
+    for batch in tasks.chunks(TILES_AT_ONCE) {
+        control.check()?;
+        let owned: Vec<Vec<u32>> = batch.par_iter().map(|task| task.owners(&bins)).collect();
+        for (task, owners) in batch.iter().zip(&owned) {
+            take(task.area, owners);
+        }
+    }
+    Ok(())
+}
+
+impl Task {
+    /// The owner of every sample of the tile, row by row.
+    fn owners(&self, bins: &Bins) -> Vec<u32> {
+        let mut owners = vec![0; self.area.width() * (self.area.y.1 - self.area.y.0)];
+        let mut lists = Lists { stack: self.candidates.clone().unwrap_or_default(), corners: Vec::new() };
+        let all = self.candidates.as_ref().map(|list| 0..list.len());
+        lists.divide(bins, all, self.area, LEAF, &mut |lists, list, area| {
+            let start = lists.stack.len();
+            let mut list = list.unwrap_or_else(|| lists.gather_crowd(bins, area));
+            if list.len() > WORTH_NARROWING {
+                list = lists.narrow(list, area);
+            }
+            lists.settle(list, area, self.area, &mut owners);
+            lists.stack.truncate(start);
         });
+        owners
     }
 }
 

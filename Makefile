@@ -1,0 +1,66 @@
+# Everything Python lives in .venv, made here from $(PYTHON); the system's packages are never touched.
+#   make demo    draw a photo to out/, with Python and with the native binary
+#   make test    Rust and Python tests          make lint    formatters, linters, types
+#   make bench   speed                          make format  apply the formatters
+#   make build   the package in .venv           make clean   remove everything made here
+PYTHON ?= python3
+VENV := .venv
+BIN := $(CURDIR)/$(VENV)/bin
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PYO3_PYTHON := $(BIN)/python
+unexport CONDA_PREFIX
+
+RUST := $(shell find rust -name '*.rs' -o -name '*.md' -o -name Cargo.toml) Cargo.toml Cargo.lock
+ENVIRONMENT := $(VENV)/.environment-done
+PACKAGE := $(VENV)/.package-done
+BINARY := target/release/graphstipple
+
+.PHONY: build demo test lint format bench clean
+build: $(PACKAGE)
+
+$(ENVIRONMENT): requirements-dev.lock
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	    { echo "graphstipple needs Python 3.10 or newer, but $(PYTHON) is older: try make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' || \
+	    { echo "$(PYTHON) cannot make virtual environments; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.lock
+	touch $@
+
+$(PACKAGE): $(ENVIRONMENT) pyproject.toml $(RUST)
+	$(BIN)/maturin develop --release --locked --quiet
+	touch $@
+
+$(BINARY): $(RUST)
+	cargo build --release --locked
+	touch $@
+
+demo: $(PACKAGE) $(BINARY)
+	$(BIN)/python examples/demo.py out
+	$(BINARY) out/astronaut.png -o out/astronaut-binary.svg --preview out/astronaut-binary.png
+	cmp out/astronaut.svg out/astronaut-binary.svg
+
+test: $(PACKAGE) $(BINARY)
+	cargo test --workspace --exclude graphstipple-py --locked
+	$(BIN)/python -m pytest
+
+lint: $(PACKAGE)
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest graphstipple._core
+
+format: $(ENVIRONMENT)
+	cargo fmt --all
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+bench: $(PACKAGE)
+	cargo bench --manifest-path benches/Cargo.toml --locked
+
+clean:
+	rm -rf $(VENV) target out dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -f python/graphstipple/_core*.so python/graphstipple/_core*.pyd
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

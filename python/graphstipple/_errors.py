@@ -1,0 +1,17 @@
+"""The exceptions of graphstipple. The extension module raises them too (``rust/py/src/errors.rs``)."""
+
+
+class GraphStippleError(Exception):
+    """Base class of every error that graphstipple raises on purpose."""
+
+
+class InvalidInputError(GraphStippleError, ValueError):
+    """An image, a map, an array or an option breaks a rule; the message says which and what is allowed."""
+
+
+class ImageFileError(GraphStippleError, OSError):
+    """A file cannot be read as an image, or a drawing cannot be written."""
+
+
+class ImageFileNotFoundError(ImageFileError, FileNotFoundError):
+    """The file, or the folder to write to, does not exist."""

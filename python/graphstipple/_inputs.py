@@ -1,0 +1,96 @@
+"""Images and maps as users have them, to luma.
+
+Files are always decoded by Rust, so that Python and the command line see the same values. PIL images and arrays are brought to
+samples (height, width, channels) here, where the copies are visible; Rust makes luma of them.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageOps
+
+from graphstipple import _core
+from graphstipple._errors import InvalidInputError
+
+ImageLike: TypeAlias = "str | os.PathLike[str] | Image.Image | npt.NDArray[Any]"
+"""A path, a PIL image or an array."""
+
+Samples: TypeAlias = "npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]"
+
+DTYPES = "bool, uint8, uint16, or floats in [0, 1]"
+
+
+def read_luma(image: ImageLike, background: str, name: str = "image") -> npt.NDArray[np.float32]:
+    """Return the luma of an image, (height, width) in [0, 1].
+
+    Raises
+    ------
+    InvalidInputError
+        If it is no image, is empty, or has a wrong shape, type or value; `name` says what it is in the message.
+    ImageFileError
+        If a file cannot be read as an image.
+    """
+    under = _core.background(background)
+    if isinstance(image, (str, os.PathLike)):
+        return _core.read_luma(os.fsdecode(image), under)
+    if isinstance(image, Image.Image):
+        return _core.luma(_from_pil(image), under)
+    if hasattr(image, "__array__"):
+        return _core.luma(_from_array(np.asarray(image), name), under)
+    raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
+
+
+def _from_array(array: npt.NDArray[Any], name: str) -> Samples:
+    if array.ndim == 2:
+        array = array[:, :, np.newaxis]
+    if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
+        raise InvalidInputError(
+            f"the {name} has the shape {array.shape}, but it must be (height, width) or (height, width, 1 to 4 channels)"
+        )
+    if array.size == 0:
+        raise InvalidInputError(f"the {name} has no pixels: its shape is {array.shape}")
+    if array.dtype == np.bool_:
+        return np.ascontiguousarray(array, np.uint8) * np.uint8(255)
+    if array.dtype == np.uint8:
+        return np.ascontiguousarray(array)
+    if array.dtype.kind == "u" and array.dtype.itemsize == 2:
+        return np.ascontiguousarray(array, np.uint16)
+    if array.dtype.kind != "f":
+        raise InvalidInputError(f"the {name} has values of type {array.dtype}, but they must be {DTYPES}")
+    wrong = np.argwhere(~((array >= 0) & (array <= 1)))
+    if len(wrong):
+        row, column, channel = (int(i) for i in wrong[0])
+        raise InvalidInputError(
+            f"the {name} is {array[row, column, channel]} at column {column}, row {row}, but floats must be between 0 and 1"
+        )
+    return np.ascontiguousarray(array, np.float32)
+
+
+def _from_pil(image: Image.Image) -> Samples:
+    image = ImageOps.exif_transpose(image)
+    mode = image.mode
+    if mode.startswith("I;16"):
+        return np.ascontiguousarray(np.asarray(image), np.uint16)[:, :, np.newaxis]
+    if mode == "I":
+        # Pillow's 32-bit mode stands for 16-bit files too.
+        wide = np.asarray(image)
+        if wide.size and (wide.min() < 0 or wide.max() > 65535):
+            raise InvalidInputError(f"the image of mode I has values from {wide.min()} to {wide.max()}, but they must fit 16 bits")
+        return wide.astype(np.uint16)[:, :, np.newaxis]
+    if mode == "F":
+        return _from_array(np.asarray(image), "image")
+    transparent = "transparency" in image.info
+    if mode in {"1", "L"}:
+        target = "LA" if transparent else "L"
+    elif mode in {"LA", "La"}:
+        target = "LA"
+    elif mode in {"RGBA", "RGBa", "PA"} or transparent:
+        target = "RGBA"
+    else:
+        target = "RGB"
+    samples = np.asarray(image if mode == target else image.convert(target))
+    return np.ascontiguousarray(samples.reshape(image.height, image.width, len(target)))

@@ -1,0 +1,343 @@
+"""The stages of the method, each callable alone on arrays.
+
+In the order of the pipeline: `lattice`, `lattice_labels` (lattice, cell means, diffusion and node budget in one), `relax`,
+`triangulate`, `cells`, `diffuse`, `components`, `outline`. They are the functions that `graphstipple.draw` runs.
+
+Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
+converted by copying. Every function raises `InvalidInputError` for arrays that break its rules.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from graphstipple import _core
+from graphstipple._errors import InvalidInputError
+from graphstipple.drawing import Region, stipple_array
+from graphstipple.options import Options
+
+__all__ = [
+    "Cells",
+    "Lattice",
+    "LatticeLabels",
+    "Outline",
+    "cells",
+    "components",
+    "diffuse",
+    "lattice",
+    "lattice_labels",
+    "outline",
+    "owners",
+    "relax",
+    "samples_per_pixel",
+    "triangulate",
+]
+
+
+class Lattice(NamedTuple):
+    """A regular graph."""
+
+    sites: npt.NDArray[np.float64]
+    """Position of every node, (n, 2)."""
+    edges: npt.NDArray[np.uint32]
+    """Every edge once, (m, 2), lower node first."""
+
+
+class LatticeLabels(NamedTuple):
+    """A lattice diffused on importance."""
+
+    sites: npt.NDArray[np.float64]
+    """Position of every lattice node, (n, 2)."""
+    labels: npt.NDArray[np.uint8]
+    """1 for every node that is kept, (n,)."""
+    factor: float
+    """The factor on the importance that meets the node budget; 1 without one."""
+
+
+class Cells(NamedTuple):
+    """What the samples say of every site's Voronoi cell."""
+
+    areas: npt.NDArray[np.float64]
+    """Area in px^2, (n,)."""
+    centroids: npt.NDArray[np.float64]
+    """Mean position of the samples, (n, 2); the site itself if it owns none."""
+    means: npt.NDArray[np.float32]
+    """Mean of the field over the samples, (n,); its bilinear value at a site that owns none; empty without a field."""
+    counts: npt.NDArray[np.uint32]
+    """Number of samples, (n,)."""
+
+
+class Outline(NamedTuple):
+    """The marks of a labelled graph."""
+
+    stipples: npt.NDArray[np.void]
+    """Structured array with x, y, radius and ink, as `graphstipple.Drawing.stipples`."""
+    regions: list[Region]
+    """As `graphstipple.Drawing.regions`."""
+
+
+def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
+    """Return the regular first graph over a canvas (DESIGN 2.1; section 3.1 of the paper).
+
+    Parameters
+    ----------
+    width, height : int
+        Canvas in pixels.
+    density : float
+        Nodes per pixel, above 0, at most 16.
+    kind : {"hexagonal", "square"}
+        Six or four neighbours a node.
+
+    Returns
+    -------
+    Lattice
+    """
+    options = Options(lattice=kind, density=density)
+    return Lattice(*_core.lattice(_count("width", width), _count("height", height), options._json()))
+
+
+def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) -> LatticeLabels:
+    """Return the lattice and which of its nodes the importance keeps under the node budget (DESIGN 2.3, first diffusion).
+
+    Parameters
+    ----------
+    importance : array_like, (height, width)
+        In [0, 1]; its size is the canvas.
+    options : Options, optional
+        Lattice, density, node budget and the parameters of the diffusion.
+
+    Returns
+    -------
+    LatticeLabels
+    """
+    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), (options or Options())._json()))
+
+
+def samples_per_pixel(density: float) -> int:
+    """Return how many samples a pixel, along one axis, give every cell of a lattice of this density at least four.
+
+    Parameters
+    ----------
+    density : float
+        Nodes per pixel.
+
+    Returns
+    -------
+    int
+    """
+    return _core.samples_per_pixel(density)
+
+
+def cells(sites: npt.ArrayLike, width: int, height: int, field: npt.ArrayLike | None = None, samples_per_pixel: int = 2) -> Cells:
+    """Return areas, centroids and field means of the sites' Voronoi cells, by a raster pass (DESIGN 2.2).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Positions inside the canvas.
+    width, height : int
+        Canvas in pixels.
+    field : array_like, (height, width), optional
+        Values in [0, 1] to average.
+    samples_per_pixel : int
+        Samples a pixel along one axis, 1 to 16.
+
+    Returns
+    -------
+    Cells
+    """
+    values = None if field is None else _field("field", field)
+    samples = _count("samples_per_pixel", samples_per_pixel)
+    return Cells(*_core.cells(_sites(sites), _count("width", width), _count("height", height), values, samples))
+
+
+def owners(sites: npt.ArrayLike, width: int, height: int, samples_per_pixel: int = 1) -> npt.NDArray[np.uint32]:
+    """Return the nearest site of every sample of a grid (DESIGN 2.2).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Positions inside the canvas.
+    width, height : int
+        Canvas in pixels.
+    samples_per_pixel : int
+        Samples a pixel along one axis, 1 to 16; sample (column, row) lies at ((column + 0.5) / s, (row + 0.5) / s).
+
+    Returns
+    -------
+    ndarray of uint32, (height * s, width * s)
+    """
+    samples = _count("samples_per_pixel", samples_per_pixel)
+    return _core.owners(_sites(sites), _count("width", width), _count("height", height), samples)
+
+
+def relax(sites: npt.ArrayLike, width: int, height: int, steps: int = 1, samples_per_pixel: int = 2) -> npt.NDArray[np.float64]:
+    """Return the sites after Lloyd steps: each moves every site to the centroid of its cell (DESIGN 2.4).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Positions inside the canvas.
+    width, height : int
+        Canvas in pixels.
+    steps : int
+        How often.
+    samples_per_pixel : int
+        As for `cells`.
+
+    Returns
+    -------
+    ndarray of float64, (n, 2)
+    """
+    samples = _count("samples_per_pixel", samples_per_pixel)
+    canvas = _count("width", width), _count("height", height)
+    return _core.relax(_sites(sites), *canvas, _count("steps", steps), samples)
+
+
+def triangulate(sites: npt.ArrayLike, width: int, height: int) -> npt.NDArray[np.uint32]:
+    """Return the Delaunay edges of sites, correct to the canvas border (DESIGN 2.4).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Different positions inside the canvas, not all in one line.
+    width, height : int
+        Canvas in pixels. Pairs of sites whose cells touch only outside it are not neighbours.
+
+    Returns
+    -------
+    ndarray of uint32, (m, 2)
+        Every edge once, lower node first.
+    """
+    return _core.triangulate(_sites(sites), _count("width", width), _count("height", height))
+
+
+def diffuse(
+    sites: npt.ArrayLike,
+    edges: npt.ArrayLike,
+    values: npt.ArrayLike,
+    *,
+    alpha: Literal["dynamic"] | float = "dynamic",
+    k1: float = 1.0,
+    k2: float = 0.1,
+    base: float = 0.5,
+    detail_gain: float = 6.0,
+    rings: int = 1,
+) -> npt.NDArray[np.uint8]:
+    """Return a label for every node by priority error diffusion (DESIGN 2.3; section 3.3 of the paper).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Positions in pixels.
+    edges : array_like, (m, 2)
+        Every edge once, in either direction.
+    values : array_like, (n,)
+        Starting values, finite; tone lies in [0, 1].
+    alpha, k1, k2, base, detail_gain, rings
+        As in `graphstipple.Options`.
+
+    Returns
+    -------
+    ndarray of uint8, (n,)
+        0 black, 1 white.
+    """
+    options = Options(alpha=alpha, k1=k1, k2=k2, base=base, detail_gain=detail_gain, rings=rings)
+    starting = _array("values", values, np.float32, 1)
+    return _core.diffuse(_sites(sites), _edges(edges), starting, options._json())
+
+
+def components(edges: npt.ArrayLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint32]:
+    """Return the connected component of equally labelled nodes that every node belongs to (DESIGN 2.5).
+
+    Parameters
+    ----------
+    edges : array_like, (m, 2)
+        Every edge once.
+    labels : array_like, (n,)
+        Label of every node.
+
+    Returns
+    -------
+    ndarray of uint32, (n,)
+        Components are numbered in the order of their lowest nodes.
+    """
+    return _core.components(_edges(edges), _array("labels", labels, np.uint8, 1))
+
+
+def outline(
+    sites: npt.ArrayLike,
+    labels: npt.ArrayLike,
+    width: int,
+    height: int,
+    *,
+    areas: npt.ArrayLike | None = None,
+    stipple_scale: float = 1.0,
+) -> Outline:
+    """Return the stipples and regions of labelled sites (DESIGN 2.5; section 3.4 of the paper).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Different positions inside the canvas, not all in one line.
+    labels : array_like, (n,)
+        0 black, 1 white.
+    width, height : int
+        Canvas in pixels.
+    areas : array_like, (n,), optional
+        Cell area of every node in px^2; by default by `cells`.
+    stipple_scale : float
+        A stipple's area relative to its node's cell, above 0, at most 4.
+
+    Returns
+    -------
+    Outline
+    """
+    positions = _sites(sites)
+    scale = Options(stipple_scale=stipple_scale).stipple_scale
+    cell_areas = cells(positions, width, height).areas if areas is None else _array("areas", areas, np.float64, 1)
+    values = _array("labels", labels, np.uint8, 1)
+    canvas = _count("width", width), _count("height", height)
+    stipples, regions = _core.outline(positions, values, cell_areas, *canvas, scale)
+    return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
+
+
+def _array(name: str, values: npt.ArrayLike, dtype: type[np.number[Any]], dimensions: int) -> npt.NDArray[Any]:
+    """Return the values as a C-contiguous array; what does not fit the type is an error, not a wrapped number."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf" and array.size:
+        raise InvalidInputError(f"{name} has values of type {array.dtype}, but they must be numbers")
+    if array.ndim != dimensions:
+        raise InvalidInputError(f"{name} has the shape {array.shape}, but it must have {dimensions} dimension(s)")
+    if issubclass(dtype, np.integer) and array.size:
+        limit = np.iinfo(dtype).max
+        if array.dtype.kind == "f" or array.min() < 0 or array.max() > limit:
+            raise InvalidInputError(f"{name} must hold whole numbers from 0 to {limit}")
+    return np.ascontiguousarray(array, dtype)
+
+
+def _field(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    return _array(name, values, np.float32, 2)
+
+
+def _sites(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    return _array("sites", values, np.float64, 2)
+
+
+def _edges(values: npt.ArrayLike) -> npt.NDArray[np.uint32]:
+    return _array("edges", values, np.uint32, 2)
+
+
+def _count(name: str, value: int) -> int:
+    """Return a whole number that Rust can take as an unsigned one; its range is checked there."""
+    try:
+        count = operator.index(value)
+    except TypeError:
+        count = -1
+    if not 0 <= count < 2**31:
+        raise InvalidInputError(f"{name} is {value!r}, but it must be a whole number of at least 0")
+    return count

@@ -1,0 +1,44 @@
+//! The extension module `graphstipple._core`: extract, detach from the interpreter, call, convert; nothing else.
+//!
+//! Long work runs on a thread of its own that never calls Python ([`watch`]); core errors become Python exceptions in one place
+//! ([`errors`]). What this crate does not do: check or convert what users pass (that is Python's, where the copies are visible),
+//! and anything of the method itself (that is the core's).
+
+mod arrays;
+mod drawing;
+mod errors;
+mod options;
+mod photo;
+mod stages;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// The Rust half of graphstipple; import `graphstipple` instead.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::drawing::{Drawing, draw};
+    #[pymodule_export]
+    use crate::options::{default_options, importance_source, paper_options, validated_options};
+    #[pymodule_export]
+    use crate::photo::{background, luma, luma_to_u8, read_luma, saliency};
+    #[pymodule_export]
+    use crate::stages::{
+        cells, components, diffuse, lattice, lattice_labels, outline, owners, relax, samples_per_pixel, triangulate,
+    };
+    use crate::watch;
+    use pyo3::prelude::*;
+    use std::ffi::OsString;
+
+    /// The version of graphstipple.
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "Python's name for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    /// Runs the command line with these arguments (the program's name first) and returns its exit code.
+    #[pyfunction]
+    fn cli(py: Python<'_>, args: Vec<OsString>) -> u8 {
+        py.detach(|| graphstipple_cli::run(args, &watch::interrupted))
+    }
+}

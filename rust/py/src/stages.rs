@@ -1,0 +1,178 @@
+//! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
+
+use graphstipple_core::diffusion::{self, Diffusion};
+use graphstipple_core::graph::Graph;
+use graphstipple_core::lattice::Lattice;
+use graphstipple_core::{components as core_components, outline as core_outline, pipeline, triangulation, voronoi};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::drawing::{RegionArrays, StippleArrays, region_arrays, stipple_arrays};
+use crate::{arrays, errors, options, watch};
+
+/// Sites (n, 2) and edges (m, 2).
+type GraphArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
+
+/// Sites (n, 2), labels (n,) and the factor on the importance.
+type LabelArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u8>>, f64);
+
+/// Areas (n,), centroids (n, 2), means (n,) and counts (n,) of cells.
+type CellArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<u32>>);
+
+/// The lattice that the options (JSON) ask for.
+#[pyfunction]
+pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options_json: &str) -> PyResult<GraphArrays<'py>> {
+    let options = options::parse(options_json)?;
+    let (sites, edges) = watch::run_core(py, move |_| {
+        let density = options.budget(width as f64 * height as f64).density;
+        let graph = Lattice::new(options.lattice, width, height, density)?.to_graph();
+        let edges: Vec<[u32; 2]> = graph.edges().collect();
+        Ok((graph.sites, edges))
+    })?;
+    Ok((arrays::from_pairs(py, sites)?, arrays::from_pairs(py, edges)?))
+}
+
+/// Sites and labels of the lattice diffused on importance, and the factor that meets the node budget.
+#[pyfunction]
+pub(crate) fn lattice_labels<'py>(
+    py: Python<'py>,
+    importance: PyReadonlyArray2<'py, f32>,
+    options_json: &str,
+) -> PyResult<LabelArrays<'py>> {
+    let options = options::parse(options_json)?;
+    let importance = arrays::field(&importance)?;
+    let first = watch::run_core(py, move |control| pipeline::first_graph(&importance, &options, control))?;
+    Ok((arrays::from_pairs(py, first.lattice.sites())?, first.labels.into_pyarray(py), first.factor))
+}
+
+/// Samples a pixel, along one axis, for nodes of this density.
+#[pyfunction]
+pub(crate) fn samples_per_pixel(density: f64) -> usize {
+    voronoi::samples_per_pixel(density)
+}
+
+/// Areas, centroids, means of a field and sample counts of the sites' cells.
+#[pyfunction]
+pub(crate) fn cells<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    width: usize,
+    height: usize,
+    field: Option<PyReadonlyArray2<'py, f32>>,
+    samples_per_pixel: usize,
+) -> PyResult<CellArrays<'py>> {
+    let sites = arrays::pairs("sites", &sites)?;
+    let field = field.as_ref().map(arrays::field).transpose()?;
+    let cells =
+        watch::run_core(py, move |control| voronoi::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
+    Ok((
+        cells.areas.into_pyarray(py),
+        arrays::from_pairs(py, cells.centroids)?,
+        cells.means.into_pyarray(py),
+        cells.counts.into_pyarray(py),
+    ))
+}
+
+/// The nearest site of every sample.
+#[pyfunction]
+pub(crate) fn owners<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    width: usize,
+    height: usize,
+    samples_per_pixel: usize,
+) -> PyResult<Bound<'py, PyArray2<u32>>> {
+    let sites = arrays::pairs("sites", &sites)?;
+    let owners = watch::run_core(py, move |control| voronoi::owners(&sites, width, height, samples_per_pixel, control))?;
+    arrays::from_rows(py, [height * samples_per_pixel, width * samples_per_pixel], owners)
+}
+
+/// The sites after Lloyd steps.
+#[pyfunction]
+pub(crate) fn relax<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    width: usize,
+    height: usize,
+    steps: u32,
+    samples_per_pixel: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let sites = arrays::pairs("sites", &sites)?;
+    let relaxed = watch::run_core(py, move |control| voronoi::relax(sites, width, height, steps, samples_per_pixel, control))?;
+    arrays::from_pairs(py, relaxed)
+}
+
+/// The Delaunay edges of sites on a canvas.
+#[pyfunction]
+pub(crate) fn triangulate<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    width: usize,
+    height: usize,
+) -> PyResult<Bound<'py, PyArray2<u32>>> {
+    let sites = arrays::pairs("sites", &sites)?;
+    let edges = watch::run_core(py, move |control| {
+        Ok(triangulation::triangulate(sites, width, height, control)?.graph.edges().collect::<Vec<_>>())
+    })?;
+    arrays::from_pairs(py, edges)
+}
+
+/// Labels of the nodes by priority error diffusion, with the options (JSON) of the tone's diffusion.
+#[pyfunction]
+pub(crate) fn diffuse<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    edges: PyReadonlyArray2<'py, u32>,
+    values: PyReadonlyArray1<'py, f32>,
+    options_json: &str,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let parameters = Diffusion::of_tone(&options::parse(options_json)?);
+    let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
+    let values = arrays::values(&values);
+    let labels =
+        watch::run_core(py, move |control| diffusion::diffuse(&Graph::from_edges(sites, &edges)?, &values, &parameters, control))?;
+    Ok(labels.into_pyarray(py))
+}
+
+/// The component of every node.
+#[pyfunction]
+pub(crate) fn components<'py>(
+    py: Python<'py>,
+    edges: PyReadonlyArray2<'py, u32>,
+    labels: PyReadonlyArray1<'py, u8>,
+) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    let (edges, labels) = (arrays::pairs("edges", &edges)?, arrays::values(&labels));
+    let ids = watch::run_core(py, move |_| {
+        // Components ask who is connected, not where: any positions will do.
+        let graph = Graph::from_edges(vec![[0.0; 2]; labels.len()], &edges)?;
+        Ok(core_components::components(&graph, &labels).ids)
+    })?;
+    Ok(ids.into_pyarray(py))
+}
+
+/// The stipples and regions of labelled sites.
+#[pyfunction]
+pub(crate) fn outline<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    labels: PyReadonlyArray1<'py, u8>,
+    areas: PyReadonlyArray1<'py, f64>,
+    width: usize,
+    height: usize,
+    stipple_scale: f64,
+) -> PyResult<(StippleArrays<'py>, Vec<RegionArrays<'py>>)> {
+    let sites = arrays::pairs("sites", &sites)?;
+    let (labels, areas) = (arrays::values(&labels), arrays::values(&areas));
+    if sites.len() != labels.len() {
+        return Err(errors::invalid(format!("there are {} labels for {} sites", labels.len(), sites.len())));
+    }
+    let drawing = watch::run_core(py, move |control| {
+        let triangulation = triangulation::triangulate(sites, width, height, control)?;
+        let components = core_components::components(&triangulation.graph, &labels);
+        let outlines =
+            core_outline::outline(&triangulation, &labels, &components, &areas, (width, height), stipple_scale, control)?;
+        Ok(outlines.drawing)
+    })?;
+    let regions = (0..drawing.regions.len()).map(|index| region_arrays(py, &drawing, index)).collect::<PyResult<_>>()?;
+    Ok((stipple_arrays(py, &drawing)?, regions))
+}

@@ -1,0 +1,77 @@
+//! Work on a thread of its own, watched by the calling thread.
+//!
+//! The calling thread, detached from the interpreter, looks up every few milliseconds: it lets Python handle signals and calls the
+//! progress callback. When either raises, the worker is asked to stop and the exception propagates at once, without waiting
+//! for the worker; so what a worker uses is its own. Workers never call Python.
+
+use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use graphstipple_core::{Control, Error};
+use pyo3::prelude::*;
+
+use crate::errors;
+
+/// Time between two looks: far below the half second in which Ctrl-C has to work, and too rare to cost anything.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// Runs `work` and returns what it returns.
+///
+/// # Errors
+/// Whatever `work` fails with, a signal handler raises, or `progress(stage, fraction)` raises.
+pub(crate) fn run<T, E, W>(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>, convert: fn(E) -> PyErr, work: W) -> PyResult<T>
+where
+    T: Send + 'static,
+    E: Send + 'static,
+    W: FnOnce(&Control) -> Result<T, E> + Send + 'static,
+{
+    let control = Arc::new(Control::new());
+    let (sender, receiver) = channel();
+    let of_worker = Arc::clone(&control);
+    // Nobody receives once the caller was interrupted: then the result is dropped here.
+    let worker = std::thread::Builder::new().name("graphstipple".into()).spawn(move || {
+        let _ = sender.send(work(&of_worker));
+    })?;
+    let mut receiver = receiver;
+    loop {
+        // A Receiver cannot be shared, so it goes to the detached side and back.
+        let (received, back) = py.detach(move || (receiver.recv_timeout(LOOK_EVERY), receiver));
+        receiver = back;
+        match received {
+            Ok(result) => {
+                py.check_signals()?;
+                return result.map_err(convert);
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                let _ = worker.join();
+                return Err(errors::from_core(Error::Internal("a worker thread panicked (its message is above)".into())));
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let looked = py.check_signals().and_then(|()| match progress {
+                    Some(progress) => progress.call1(control.progress()).map(drop),
+                    None => Ok(()),
+                });
+                if let Err(raised) = looked {
+                    control.cancel();
+                    return Err(raised);
+                }
+            }
+        }
+    }
+}
+
+/// As [`run`], for work that fails with the core's errors and reports no progress.
+pub(crate) fn run_core<T, W>(py: Python<'_>, work: W) -> PyResult<T>
+where
+    T: Send + 'static,
+    W: FnOnce(&Control) -> graphstipple_core::Result<T> + Send + 'static,
+{
+    run(py, None, errors::from_core, work)
+}
+
+/// Whether a signal handler raised, for the command line's own loop. The exception itself is dropped: the command line says
+/// in its own words that it was interrupted.
+pub(crate) fn interrupted() -> bool {
+    Python::attach(|py| py.check_signals().is_err())
+}

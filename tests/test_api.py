@@ -1,0 +1,255 @@
+"""The drawing as Python users hold it: files, pictures, data, progress, interrupts."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import graphstipple as gs
+from graphstipple import drawing as drawing_module
+
+# A drawing that takes seconds: to be interrupted, or watched.
+LONG = """
+import graphstipple as gs, numpy as np
+noise = np.random.default_rng(1).integers(0, 256, (2000, 3000)).astype(np.uint8)
+options = gs.Options(density=1.0, relax=20)
+"""
+
+
+@pytest.fixture(scope="module")
+def drawing(small: np.ndarray) -> gs.Drawing:
+    return gs.draw(small)
+
+
+def test_everything_promised_exists() -> None:
+    assert all(hasattr(gs, name) for name in gs.__all__)
+    assert all(hasattr(gs.stages, name) for name in gs.stages.__all__)
+    assert re.fullmatch(r"\d+\.\d+\.\d+.*", gs.__version__)
+
+
+def test_size_and_rasters(drawing: gs.Drawing) -> None:
+    assert (drawing.width, drawing.height) == (128, 96)
+    own = drawing.rasterize()
+    assert own.shape == (96, 128)
+    assert own.dtype == np.uint8
+    assert drawing.rasterize(256).shape == (192, 256)
+    assert drawing.rasterize(width=np.int64(64)).shape == (48, 64)
+    for wrong in [0, -5, 1.5, "wide", True, 2**40]:
+        with pytest.raises(gs.InvalidInputError, match="width"):
+            drawing.rasterize(wrong)  # type: ignore[arg-type]
+
+
+def test_tone_is_kept(astronaut: np.ndarray) -> None:
+    drawing = gs.draw(astronaut, importance="none", options=gs.Options(alpha=1))
+    tone = np.asarray(Image.fromarray(astronaut).convert("L")).mean()
+    assert abs(drawing.rasterize().mean() - tone) < 16
+
+
+def test_svg_is_xml_of_the_right_size(drawing: gs.Drawing) -> None:
+    root = ET.fromstring(drawing.svg())
+    assert root.tag == "{http://www.w3.org/2000/svg}svg"
+    assert root.get("viewBox") is not None
+
+
+def test_save_by_suffix(drawing: gs.Drawing, tmp_path: Path) -> None:
+    drawing.save(tmp_path / "out.svg")
+    assert (tmp_path / "out.svg").read_text() == drawing.svg()
+    drawing.save(str(tmp_path / "out.png"))
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "out.png")), drawing.rasterize())
+    drawing.save(tmp_path / "wide.PNG", width=300)
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "wide.PNG")), drawing.rasterize(300))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.png", "out.svg", "wide.PNG"]
+
+
+def test_what_cannot_be_saved_leaves_nothing_behind(drawing: gs.Drawing, tmp_path: Path) -> None:
+    for name in ["out.bmp", "out"]:
+        with pytest.raises(gs.InvalidInputError):
+            drawing.save(tmp_path / name)
+    with pytest.raises(FileNotFoundError) as missing:
+        drawing.save(tmp_path / "no" / "such" / "folder.svg")
+    assert isinstance(missing.value, gs.GraphStippleError)
+    (tmp_path / "folder.svg").mkdir()
+    with pytest.raises(gs.ImageFileError):
+        drawing.save(tmp_path / "folder.svg")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.svg"]
+    with pytest.raises(gs.InvalidInputError, match="width"):
+        drawing.save(tmp_path / "out.png", width=0)
+
+
+def test_an_existing_file_is_replaced_whole(drawing: gs.Drawing, tmp_path: Path) -> None:
+    path = tmp_path / "out.svg"
+    path.write_text("x" * 10_000_000)
+    drawing.save(path)
+    assert path.read_text() == drawing.svg()
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_marks_as_data(drawing: gs.Drawing) -> None:
+    stipples, regions = drawing.stipples, drawing.regions
+    assert stipples.dtype.names == ("x", "y", "radius", "ink")
+    assert len(stipples) == drawing.stats["stipples"]
+    assert len(regions) == drawing.stats["regions"]
+    assert (stipples["radius"] > 0).all()
+    assert set(stipples["ink"]) <= {0, 1}
+    assert ((stipples["x"] >= 0) & (stipples["x"] <= drawing.width)).all()
+    for region in regions:
+        assert region.exterior.shape[1] == 2
+        assert len(region.exterior) >= 3
+        assert region.area > 0
+        assert region.ink in {0, 1}
+        assert all(hole.shape[1] == 2 for hole in region.holes)
+    assert regions[-1].area == regions[len(regions) - 1].area
+    assert [region.ink for region in regions[:3]] == [regions[i].ink for i in range(3)]
+    with pytest.raises(IndexError):
+        regions[len(regions)]
+
+
+def test_graph_and_importance(drawing: gs.Drawing) -> None:
+    graph = drawing.graph
+    nodes = drawing.stats["nodes"]
+    assert graph.sites.shape == (nodes, 2)
+    assert graph.edges.dtype == np.uint32
+    assert graph.edges.max() < nodes
+    assert (graph.edges[:, 0] < graph.edges[:, 1]).all()
+    assert graph.tone.shape == graph.labels.shape == graph.components.shape == (nodes,)
+    assert set(np.unique(graph.labels)) <= {0, 1}
+    assert len(np.unique(graph.components)) == drawing.stats["stipples"] + drawing.stats["regions"]
+    assert drawing.importance.shape == (96, 128)
+
+
+def test_the_stages_make_the_same_drawing(small: np.ndarray) -> None:
+    options = gs.Options(density=1.0)
+    drawing = gs.draw(small, options=options)
+    first = gs.stages.lattice_labels(drawing.importance, options)
+    height, width = small.shape[:2]
+    samples = gs.stages.samples_per_pixel(1.0)
+    sites = gs.stages.relax(first.sites[first.labels == 1], width, height, 1, samples)
+    np.testing.assert_array_equal(sites, drawing.graph.sites)
+    np.testing.assert_array_equal(gs.stages.triangulate(sites, width, height), drawing.graph.edges)
+    labels = gs.stages.diffuse(sites, drawing.graph.edges, drawing.graph.tone)
+    np.testing.assert_array_equal(labels, drawing.graph.labels)
+    np.testing.assert_array_equal(gs.stages.components(drawing.graph.edges, labels), drawing.graph.components)
+    areas = gs.stages.cells(sites, width, height, samples_per_pixel=samples).areas
+    outline = gs.stages.outline(sites, labels, width, height, areas=areas)
+    np.testing.assert_array_equal(outline.stipples, drawing.stipples)
+    assert [region.area for region in outline.regions] == [region.area for region in drawing.regions]
+
+
+def test_stats(drawing: gs.Drawing) -> None:
+    stats = drawing.stats
+    for name in ["stipples", "regions", "nodes", "vertices", "anchors", "coordinates", "width", "height"]:
+        assert isinstance(stats[name], int), name
+    seconds = stats["seconds"]
+    assert {"decoding", "saliency", "total"} <= set(seconds)
+    assert seconds["total"] >= max(value for name, value in seconds.items() if name != "total")
+
+
+def test_notebooks_get_exactly_one_picture(drawing: gs.Drawing, monkeypatch: pytest.MonkeyPatch, small: np.ndarray) -> None:
+    assert drawing._repr_svg_() == drawing.svg()
+    assert drawing._repr_png_() is None
+    monkeypatch.setattr(drawing_module, "HEAVY_SVG_BYTES", 1000)
+    heavy = gs.draw(small)
+    assert heavy._repr_svg_() is None
+    png = heavy._repr_png_()
+    assert png is not None
+    assert png.startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4])
+def test_threads_do_not_change_the_drawing(photo: np.ndarray, threads: int) -> None:
+    crop = photo[:200, :300]
+    assert gs.draw(crop, options=gs.Options(threads=threads)).svg() == gs.draw(crop).svg()
+
+
+def test_progress_runs_from_zero_to_one(astronaut: np.ndarray) -> None:
+    reports: list[tuple[str, float]] = []
+    gs.draw(astronaut, options=gs.Options(density=1.0), progress=lambda stage, fraction: reports.append((stage, fraction)))
+    stages = list(dict.fromkeys(stage for stage, _ in reports))
+    assert stages[:2] == ["decoding", "saliency"]
+    assert stages[-1] == "outlines"
+    fractions = [fraction for _, fraction in reports]
+    assert fractions == sorted(fractions)
+    assert fractions[0] == 0
+    assert fractions[-1] == 1
+    assert len(reports) > 3
+
+
+def test_an_exception_in_the_callback_stops_the_work_at_once() -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (1500, 2000)).astype(np.uint8)
+
+    class StopError(Exception):
+        pass
+
+    raised_at = []
+
+    def stop(stage: str, fraction: float) -> None:
+        if fraction > 0:
+            raised_at.append(time.perf_counter())
+            raise StopError
+
+    with pytest.raises(StopError):
+        gs.draw(noise, importance="none", options=gs.Options(density=1.0, relax=5), progress=stop)
+    assert time.perf_counter() - raised_at[0] < 0.5
+
+
+def test_other_threads_run_while_drawing(astronaut: np.ndarray) -> None:
+    gaps: list[float] = []
+    done = threading.Event()
+
+    def tick() -> None:
+        last = time.perf_counter()
+        while not done.is_set():
+            time.sleep(0.002)
+            now = time.perf_counter()
+            gaps.append(now - last)
+            last = now
+
+    ticker = threading.Thread(target=tick)
+    ticker.start()
+    start = time.perf_counter()
+    gs.draw(astronaut, importance="none", options=gs.Options(density=2.0, threads=1))
+    elapsed = time.perf_counter() - start
+    done.set()
+    ticker.join()
+    # With the lock held, one gap would be as long as the whole drawing.
+    assert max(gaps) < elapsed / 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@pytest.mark.parametrize("at", ["saliency", "importance", "relaxation"])
+def test_ctrl_c_stops_within_half_a_second(at: str) -> None:
+    program = LONG + (
+        f"def say(stage, fraction):\n    if stage == {at!r}:\n        print('now', flush=True)\n"
+        "try:\n    gs.draw(noise, options=options, progress=say)\n"
+        "except KeyboardInterrupt:\n    print('interrupted', flush=True)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "now\n"
+        os.kill(process.pid, signal.SIGINT)
+        start = time.perf_counter()
+        rest, errors = process.communicate(timeout=60)
+        elapsed = time.perf_counter() - start
+    assert rest.splitlines()[-1] == "interrupted", errors
+    assert process.returncode == 0, errors
+    assert elapsed < 0.5
+
+
+def test_console_script_is_the_command_line(small: np.ndarray, tmp_path: Path) -> None:
+    script = Path(sys.executable).with_name("graphstipple")
+    for command in [[str(script)], [sys.executable, "-m", "graphstipple"]]:
+        shown = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+        assert gs.__version__ in shown.stdout
+    photo = tmp_path / "photo.png"
+    Image.fromarray(small).save(photo)
+    subprocess.run([str(script), str(photo), "-o", str(tmp_path / "out.svg")], check=True)
+    assert (tmp_path / "out.svg").read_text() == gs.draw(photo).svg()

@@ -1,0 +1,241 @@
+"""Everything that can be drawn, and what is refused."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import graphstipple as gs
+from graphstipple import _core
+
+
+def same(first: gs.Drawing, second: gs.Drawing) -> bool:
+    return first.svg() == second.svg()
+
+
+@pytest.fixture(scope="module")
+def expected(small: np.ndarray) -> gs.Drawing:
+    return gs.draw(small)
+
+
+def test_path_pil_and_array_give_the_same_bytes(small: np.ndarray, expected: gs.Drawing, tmp_path: Path) -> None:
+    path = tmp_path / "photo.png"
+    Image.fromarray(small).save(path)
+    assert same(gs.draw(path), expected)
+    assert same(gs.draw(str(path)), expected)
+    assert same(gs.draw(Image.open(path)), expected)
+    assert same(gs.draw(Image.fromarray(small)), expected)
+
+
+@pytest.mark.parametrize("suffix", ["tiff", "webp"])
+def test_lossless_files_of_other_formats_give_the_same_bytes(
+    small: np.ndarray, expected: gs.Drawing, tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"photo.{suffix}"
+    Image.fromarray(small).save(path, lossless=True) if suffix == "webp" else Image.fromarray(small).save(path)
+    assert same(gs.draw(path), expected)
+
+
+def test_layouts_and_byte_orders_do_not_matter(small: np.ndarray, expected: gs.Drawing) -> None:
+    assert same(gs.draw(np.asfortranarray(small)), expected)
+    assert same(gs.draw(np.flip(np.flip(small, 1).copy(), 1)), expected)
+    wide = small.astype(np.uint16) * 257
+    assert same(gs.draw(wide.astype(">u2")), gs.draw(wide))
+
+
+def test_depths_agree(small: np.ndarray) -> None:
+    grey = small[:, :, 1]
+    by_bytes = gs.draw(grey)
+    assert same(gs.draw(grey[:, :, np.newaxis]), by_bytes)
+    assert same(gs.draw(grey.astype(np.uint16) * 257), by_bytes)
+    assert same(gs.draw((grey / np.float32(255)).astype(np.float32)), by_bytes)
+    assert same(gs.draw(grey / 255), gs.draw((grey / 255).astype(np.float32)))
+
+
+def test_bool_is_black_and_white(small: np.ndarray) -> None:
+    mask = small[:, :, 1] > 127
+    assert same(gs.draw(mask), gs.draw(mask.astype(np.uint8) * 255))
+
+
+def test_16_bits_are_kept(tmp_path: Path) -> None:
+    # A ramp inside one 8-bit step: as 8 bits it would be flat, and every tone the same.
+    ramp = np.linspace(0x8000, 0x80FF, 4096).round().astype(np.uint16).reshape(64, 64)
+    path = tmp_path / "ramp.png"
+    Image.fromarray(ramp).save(path)
+    drawing = gs.draw(ramp, importance="none")
+    assert len(np.unique(drawing.graph.tone)) > 100
+    assert same(gs.draw(path, importance="none"), drawing)
+    assert same(gs.draw(Image.open(path), importance="none"), drawing)
+
+
+@pytest.mark.parametrize("background", ["white", "black", "#4080c0"])
+def test_transparency_lies_over_the_background(small: np.ndarray, tmp_path: Path, background: str) -> None:
+    transparent = np.dstack([small, np.zeros(small.shape[:2], np.uint8)])
+    colour = {"white": (255, 255, 255), "black": (0, 0, 0), "#4080c0": (0x40, 0x80, 0xC0)}[background]
+    flat = np.full_like(small, colour)
+    options = gs.Options(background=background)
+    assert same(gs.draw(transparent, options=options), gs.draw(flat, options=options))
+    path = tmp_path / "transparent.png"
+    Image.fromarray(transparent).save(path)
+    assert same(gs.draw(path, options=options), gs.draw(transparent, options=options))
+    assert same(gs.draw(Image.open(path), options=options), gs.draw(transparent, options=options))
+
+
+@pytest.mark.parametrize(
+    "mode", ["1", "L", "LA", "La", "RGB", "RGBA", "RGBa", "P", "PA", "CMYK", "YCbCr", "HSV", "LAB", "I", "F", "I;16"]
+)
+def test_every_pil_mode_is_drawn(small: np.ndarray, mode: str) -> None:
+    grey = Image.fromarray(small[:, :, 1])
+    colour = Image.fromarray(small)
+    image = {
+        "I": lambda: Image.fromarray(small[:, :, 1].astype(np.int32) * 257),
+        "F": lambda: Image.fromarray(small[:, :, 1].astype(np.float32) / 255),
+        "I;16": lambda: Image.fromarray(small[:, :, 1].astype(np.uint16) * 257),
+        "LA": lambda: colour.convert("LA"),
+        "La": lambda: colour.convert("LA").convert("La"),
+        "RGBa": lambda: colour.convert("RGBA").convert("RGBa"),
+        "PA": lambda: colour.convert("P").convert("PA"),
+    }.get(mode, lambda: grey if mode == "L" else colour.convert(mode) if mode != "LAB" else Image.new("LAB", colour.size))()
+    assert image.mode == mode
+    drawing = gs.draw(image, importance="none")
+    assert (drawing.width, drawing.height) == colour.size
+    if mode in {"I", "I;16", "F", "L"}:
+        assert same(drawing, gs.draw(small[:, :, 1], importance="none"))
+
+
+def test_transparent_palettes_and_colour_keys_agree_with_the_file(small: np.ndarray, tmp_path: Path) -> None:
+    palette = Image.fromarray(small).convert("P")
+    for name, image, key in [
+        ("p", palette, 3),
+        ("l", Image.fromarray(small[:, :, 1]), 120),
+        ("rgb", Image.fromarray(small), tuple(small[5, 5])),
+    ]:
+        path = tmp_path / f"{name}.png"
+        image.save(path, transparency=key if isinstance(key, int) else tuple(int(v) for v in key))
+        options = gs.Options(background="black")
+        assert same(gs.draw(path, options=options), gs.draw(Image.open(path), options=options)), name
+
+
+def test_exif_orientation_is_applied(small: np.ndarray, tmp_path: Path) -> None:
+    upright = gs.draw(np.rot90(small, -1))
+    path = tmp_path / "turned.png"
+    exif = Image.Exif()
+    exif[0x0112] = 6  # turn by a quarter clockwise to see it upright
+    Image.fromarray(small).save(path, exif=exif)
+    assert same(gs.draw(Image.open(path)), upright)
+    assert same(gs.draw(path), upright)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (3, 3), (1, 500), (500, 1)])
+def test_extreme_shapes_are_drawn(shape: tuple[int, int]) -> None:
+    drawing = gs.draw(np.linspace(0, 1, shape[0] * shape[1]).reshape(shape))
+    assert drawing.rasterize().shape == shape
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        (np.zeros((0, 5)), "no pixels"),
+        (np.zeros((5, 0, 3), np.uint8), "no pixels"),
+        (np.zeros(5), "shape"),
+        (np.zeros((2, 3, 5)), "shape"),
+        (np.zeros((2, 3, 0)), "shape"),
+        (np.zeros((2, 3, 3, 1)), "shape"),
+        (np.zeros((4, 4), np.int64), "int64"),
+        (np.zeros((4, 4), complex), "complex"),
+        (np.full((4, 4), "a"), "type"),
+        (np.full((4, 4), np.nan), "nan at column 0, row 0"),
+        (np.array([[0.5, 1.5]]), "1.5 at column 1, row 0"),
+        (np.array([[0.5], [-0.25]]), "-0.25 at column 0, row 1"),
+        (np.zeros((1, 70_000), np.uint8), "65535"),
+        (7, "type int"),
+        ([[1, 2], [3, 4]], "type list"),
+        (None, "type NoneType"),
+    ],
+)
+def test_wrong_images_are_refused(image: Any, message: str) -> None:
+    with pytest.raises(gs.InvalidInputError, match=message):
+        gs.draw(image)
+
+
+def test_files_that_are_no_images_are_refused(small: np.ndarray, tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"missing\.png") as missing:
+        gs.draw(tmp_path / "missing.png")
+    assert isinstance(missing.value, gs.GraphStippleError)
+    with pytest.raises(gs.ImageFileError):
+        gs.draw(tmp_path)
+    whole = tmp_path / "whole.png"
+    Image.fromarray(small).save(whole)
+    for name, content in [("empty.png", b""), ("text.jpg", b"not an image at all"), ("cut.png", whole.read_bytes()[:2000])]:
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(gs.ImageFileError) as error:
+            gs.draw(tmp_path / name)
+        assert "\n" not in str(error.value)
+
+
+def test_saliency_is_the_default_importance(small: np.ndarray, expected: gs.Drawing) -> None:
+    map_ = gs.saliency(small)
+    assert map_.shape == small.shape[:2]
+    assert map_.dtype == np.float32
+    assert map_.min() >= 0
+    assert map_.max() <= 1
+    np.testing.assert_array_equal(expected.importance, map_)
+    np.testing.assert_array_equal(map_, _core.saliency(_core.luma(small, (255, 255, 255))))
+    assert same(gs.draw(small, importance="saliency"), expected)
+    assert same(gs.draw(small, importance=None), expected)
+    given = gs.draw(small, importance=map_)
+    np.testing.assert_array_equal(given.graph.sites, expected.graph.sites)
+
+
+@pytest.mark.parametrize("image", [np.full((40, 60), 0.3), np.zeros((1, 1)), np.zeros((2, 2)), np.ones((1, 300))])
+def test_saliency_of_flat_and_tiny_images_is_zero(image: np.ndarray) -> None:
+    map_ = gs.saliency(image)
+    assert map_.shape == image.shape
+    assert not map_.any()
+
+
+def test_importance_by_name() -> None:
+    ramp = np.linspace(0, 1, 64 * 64).reshape(64, 64)
+    options = gs.Options(density=1.0)
+    everywhere = gs.draw(ramp, importance="none", options=options)
+    assert (everywhere.importance == 1).all()
+    assert everywhere.stats["nodes"] == everywhere.stats["lattice_nodes"]
+    third = gs.draw(ramp, importance="constant:0.3", options=options)
+    np.testing.assert_array_equal(third.importance, np.float32(0.3))
+    assert third.stats["nodes"] < everywhere.stats["nodes"]
+
+
+def test_importance_maps_of_every_kind_agree(small: np.ndarray, tmp_path: Path) -> None:
+    map_ = np.zeros((48, 64), np.uint8)
+    map_[:, 32:] = 255
+    by_array = gs.draw(small, importance=map_)
+    path = tmp_path / "map.png"
+    Image.fromarray(map_).save(path)
+    for other in [path, str(path), Image.fromarray(map_), map_ / 255, map_.astype(np.uint16) * 257, map_ > 0]:
+        assert same(gs.draw(small, importance=other), by_array)
+    right = by_array.graph.sites[:, 0] > by_array.width / 2
+    assert right.mean() > 0.95
+
+
+@pytest.mark.parametrize(
+    ("importance", "message"),
+    [
+        ("constant:2", "constant"),
+        ("constant:", "constant"),
+        (np.zeros((4, 4, 3)), "shape"),
+        (np.full((4, 4), np.nan), "nan"),
+        (np.full((4, 4), 2.0), "2.0"),
+        (np.zeros((0, 4)), "no pixels"),
+        (3, "type int"),
+    ],
+)
+def test_wrong_importances_are_refused(small: np.ndarray, importance: Any, message: str) -> None:
+    with pytest.raises(gs.InvalidInputError, match=message):
+        gs.draw(small, importance=importance)
+
+
+def test_missing_importance_files_are_named(small: np.ndarray) -> None:
+    with pytest.raises(FileNotFoundError, match="salience"):
+        gs.draw(small, importance="salience")

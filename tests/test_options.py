@@ -1,0 +1,78 @@
+"""Options: the same in Python and in Rust, checked where they are made."""
+
+import dataclasses
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+import graphstipple as gs
+from graphstipple import _core
+
+
+def known_to_rust(options: gs.Options) -> dict[str, Any]:
+    values = dataclasses.asdict(options)
+    del values["background"]  # belongs to the input
+    del values["threads"]  # not part of the metadata
+    return values
+
+
+def test_defaults_are_rusts() -> None:
+    assert known_to_rust(gs.Options()) == json.loads(_core.default_options())
+    assert list(known_to_rust(gs.Options())) == list(json.loads(_core.default_options()))
+
+
+def test_paper_is_rusts_and_changes_apply() -> None:
+    assert known_to_rust(gs.Options.paper()) == json.loads(_core.paper_options())
+    assert gs.Options.paper(relax=2, density=0.5) == gs.Options(density=0.5, relax=2)
+
+
+def test_options_are_frozen_hashable_and_replaceable() -> None:
+    options = gs.Options(density=1)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        options.density = 2.0  # type: ignore[misc]
+    assert options == gs.Options(density=1.0)
+    assert hash(options) == hash(gs.Options(density=1.0))
+    assert options.replace(relax=0) == gs.Options(density=1.0, relax=0)
+
+
+def test_numpy_scalars_are_numbers() -> None:
+    assert gs.Options(density=np.float32(0.5), relax=np.int64(2), invert=np.True_) == gs.Options(density=0.5, relax=2, invert=True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"density": 0}, "density is 0, but it must be above 0 and at most 16"),
+        ({"density": "fine"}, 'density is "fine", but .*expected a number'),
+        ({"density": float("nan")}, "density is nan"),
+        ({"density": np.float32("inf")}, "density is inf"),
+        ({"nodes": 2}, "nodes is 2, but it must be between 3"),
+        ({"nodes": 100, "nodes_per_pixel": 0.1}, "nodes_per_pixel is 0.1, but it must be left out"),
+        ({"relax": -1}, "relax is -1"),
+        ({"relax": 1.5}, "relax is 1.5, but .*expected a whole number"),
+        ({"rings": 0}, "rings is 0, but it must be between 1 and 16"),
+        ({"alpha": 1.5}, "alpha is 1.5"),
+        ({"alpha": "static"}, 'alpha is "static", but it must be "dynamic" or a number'),
+        ({"importance_alpha": -0.1}, "importance_alpha is -0.1"),
+        ({"lattice": "triangular"}, "expected `hexagonal` or `square`"),
+        ({"stipple_scale": 5}, "stipple_scale is 5"),
+        ({"gamma": 0}, "gamma is 0"),
+        ({"contrast": 11}, "contrast is 11"),
+        ({"invert": "yes"}, "invert is"),
+        ({"threads": 0}, "threads is 0"),
+        ({"background": "red"}, "background is .*red"),
+        ({"background": "#12345"}, "background"),
+        ({"background": "#+12345"}, "background"),
+        ({"k1": object()}, "a type that no option has"),
+    ],
+)
+def test_wrong_values_are_named(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(gs.InvalidInputError, match=message):
+        gs.Options(**changes)
+
+
+def test_unknown_names_are_type_errors() -> None:
+    with pytest.raises(TypeError, match="densty"):
+        gs.Options(densty=1)  # type: ignore[call-arg]
