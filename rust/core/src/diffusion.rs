@@ -14,7 +14,7 @@
 //! Values are never clamped; an error with no unlabelled neighbour left is dropped.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashSet};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -70,7 +70,7 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
     }
     let mut nodes: Vec<Node> = values.iter().map(|v| Node { current: f64::from(*v), start: *v, label: UNLABELLED }).collect();
     let mut queue = PriorityQueue::new(&nodes);
-    let mut local_mean = LocalMean::new(parameters.rings);
+    let mut rings = Rings { radius: parameters.rings, ..Rings::default() };
     let mut open: Vec<(usize, f64)> = Vec::with_capacity(16);
     let mut done = 0;
 
@@ -85,29 +85,33 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
         node.label = label;
         let error = node.current - f64::from(label);
 
-        let alpha = match parameters.alpha {
-            Alpha::Constant(alpha) => alpha,
-            Alpha::Dynamic if (label == 1) == (start >= 0.5) => {
-                parameters.base + parameters.detail_gain * (start - local_mean.of(graph, &nodes, number)).abs()
-            }
-            Alpha::Dynamic => 0.0,
-        };
-        if alpha == 0.0 || error == 0.0 {
+        // The smallest exponent is subtracted, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
+        let keeps_side = (label == 1) == (start >= 0.5);
+        if error == 0.0 || (parameters.alpha == Alpha::Dynamic && !keeps_side) {
             continue;
         }
-
-        // The smallest exponent is subtracted, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
         open.clear();
         let mut largest = f64::NEG_INFINITY;
+        let (mut sum, mut count) = (start, 1.0);
         graph.for_each_neighbor(number, |neighbor, distance| {
             let other = &nodes[neighbor];
+            let value = f64::from(other.start);
+            sum += value;
+            count += 1.0;
             if other.label == UNLABELLED {
-                let length = parameters.k1 * (start - f64::from(other.start)).abs() + parameters.k2 * distance;
+                let length = parameters.k1 * (start - value).abs() + parameters.k2 * distance;
                 let exponent = -(length * length);
                 largest = largest.max(exponent);
                 open.push((neighbor, exponent));
             }
         });
+        let alpha = match parameters.alpha {
+            Alpha::Constant(alpha) => alpha,
+            Alpha::Dynamic => {
+                let mean = if parameters.rings == 1 { sum / count } else { rings.mean(graph, &nodes, number) };
+                parameters.base + parameters.detail_gain * (start - mean).abs()
+            }
+        };
         let mut total = 0.0;
         for (_, weight) in &mut open {
             *weight = libm::exp(*weight - largest);
@@ -137,48 +141,33 @@ struct Node {
 /// Stands for "no label yet".
 const UNLABELLED: u8 = 2;
 
-/// The mean of starting values over a node and its rings of neighbours.
-struct LocalMean {
-    rings: u32,
-    /// For more than one ring: the nodes reached so far, and the mark that says so.
+/// The mean of starting values over a node and more than one ring of neighbours.
+#[derive(Default)]
+struct Rings {
+    radius: u32,
+    /// The nodes reached so far, in order, and as a set.
     reached: Vec<usize>,
-    seen: std::collections::HashSet<usize>,
+    seen: HashSet<usize>,
 }
 
-impl LocalMean {
-    fn new(rings: u32) -> Self {
-        Self { rings, reached: Vec::new(), seen: std::collections::HashSet::new() }
-    }
-
-    fn of(&mut self, graph: &impl Adjacency, nodes: &[Node], node: usize) -> f64 {
-        let mut sum = f64::from(nodes[node].start);
-        let mut count = 1.0;
-        if self.rings == 1 {
-            graph.for_each_neighbor(node, |neighbor, _| {
-                sum += f64::from(nodes[neighbor].start);
-                count += 1.0;
-            });
-            return sum / count;
-        }
+impl Rings {
+    fn mean(&mut self, graph: &impl Adjacency, nodes: &[Node], center: usize) -> f64 {
         self.reached.clear();
         self.seen.clear();
-        self.reached.push(node);
-        self.seen.insert(node);
+        self.reached.push(center);
+        self.seen.insert(center);
         let mut ring = 0..1;
-        for _ in 0..self.rings {
+        for _ in 0..self.radius {
             for k in ring.clone() {
-                let inner = self.reached[k];
-                graph.for_each_neighbor(inner, |neighbor, _| {
+                graph.for_each_neighbor(self.reached[k], |neighbor, _| {
                     if self.seen.insert(neighbor) {
                         self.reached.push(neighbor);
-                        sum += f64::from(nodes[neighbor].start);
-                        count += 1.0;
                     }
                 });
             }
             ring = ring.end..self.reached.len();
         }
-        sum / count
+        self.reached.iter().map(|node| f64::from(nodes[*node].start)).sum::<f64>() / self.reached.len() as f64
     }
 }
 
@@ -324,7 +313,7 @@ mod tests {
     fn more_rings_reach_further() {
         let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[[0, 1], [1, 2]]).unwrap();
         let nodes = [0.0, 0.5, 1.0].map(|start| Node { current: 0.0, start, label: UNLABELLED });
-        assert_eq!(LocalMean::new(1).of(&graph, &nodes, 0), 0.25);
-        assert_eq!(LocalMean::new(2).of(&graph, &nodes, 0), 0.5);
+        let mean = |radius| Rings { radius, ..Rings::default() }.mean(&graph, &nodes, 0);
+        assert_eq!([mean(1), mean(2)], [0.25, 0.5]);
     }
 }

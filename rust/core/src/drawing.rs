@@ -275,7 +275,7 @@ impl Drawing {
         signed_area(&exterior) + holes.iter().map(|hole| signed_area(hole)).sum::<f64>()
     }
 
-    /// On-curve points and coordinate pairs that the layered picture is written with; a dot counts one.
+    /// On-curve points and coordinate pairs of the layered picture's curves, control points included; a dot counts one.
     pub fn count_written(&self) -> (usize, usize) {
         let (mut anchors, mut coordinates) = (0, 0);
         for mark in self.levels().iter().flat_map(|level| &level.marks) {
@@ -284,28 +284,42 @@ impl Drawing {
                 coordinates += 1;
                 continue;
             };
-            let path = self.ring_path(&self.regions[index as usize].exterior, FLATTENING_TOLERANCE);
-            for element in path.elements() {
-                let (on_curve, pairs) = match element {
-                    PathEl::MoveTo(_) | PathEl::LineTo(_) => (1, 1),
-                    PathEl::QuadTo(..) => (1, 2),
-                    PathEl::CurveTo(..) => (1, 3),
-                    PathEl::ClosePath => (0, 0),
+            for part in &self.regions[index as usize].exterior.parts {
+                let (on_curve, pairs) = match *part {
+                    RingPart::Curve { index, .. } => count_points(&self.curves[index as usize]),
+                    RingPart::Stipple { index } => {
+                        let points = self.stipple_outline(index as usize, FLATTENING_TOLERANCE).len();
+                        (points, points)
+                    }
+                    RingPart::Corner(..) => (1, 1),
                 };
                 anchors += on_curve;
                 coordinates += pairs;
-            }
-            if closes_on_its_start(&path) {
-                anchors -= 1;
-                coordinates -= 1;
             }
         }
         (anchors, coordinates)
     }
 }
 
-/// Whether the last drawn point of a closed path is its first one again: the same point, written once.
-pub(crate) fn closes_on_its_start(path: &BezPath) -> bool {
+/// On-curve points and coordinate pairs of a path; a closed one's first point again at its end is not written twice.
+fn count_points(path: &BezPath) -> (usize, usize) {
+    let (mut anchors, mut coordinates) = (0, 0);
+    for element in path.elements() {
+        let pairs = match element {
+            PathEl::MoveTo(_) | PathEl::LineTo(_) => 1,
+            PathEl::QuadTo(..) => 2,
+            PathEl::CurveTo(..) => 3,
+            PathEl::ClosePath => continue,
+        };
+        anchors += 1;
+        coordinates += pairs;
+    }
+    let twice = usize::from(closes_on_its_start(path));
+    (anchors - twice, coordinates - twice)
+}
+
+/// Whether the last drawn point of a closed path is its first one again.
+fn closes_on_its_start(path: &BezPath) -> bool {
     let elements = path.elements();
     let last = elements.iter().rev().find_map(PathEl::end_point);
     elements.len() > 2 && elements.first().and_then(PathEl::end_point) == last

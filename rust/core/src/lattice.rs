@@ -147,12 +147,13 @@ impl Lattice {
                 columns: self.columns[row % 2],
                 first_x: self.first_x[row % 2],
                 spacing: self.spacing,
+                per_spacing: 1.0 / self.spacing,
                 dy_squared: dy * dy,
             }
         })
     }
 
-    /// The node nearest to the point (x, y) of the canvas; the lower number on ties.
+    /// The node nearest to the point (x, y) of the canvas; one of them on ties.
     pub fn nearest(&self, x: f64, y: f64) -> usize {
         let [above, below] = self.rows_around(y).map(|row| row.nearest(x));
         if below.1 < above.1 { below.0 } else { above.0 }
@@ -166,15 +167,28 @@ pub(crate) struct LatticeRow {
     columns: usize,
     first_x: f64,
     spacing: f64,
+    /// 1 / spacing.
+    per_spacing: f64,
     dy_squared: f64,
 }
 
 impl LatticeRow {
-    /// The row's node nearest to x (the left one on ties), and its squared distance.
+    /// The row's first node.
+    pub(crate) fn start(&self) -> usize {
+        self.start
+    }
+
+    /// The node behind the row's last.
+    pub(crate) fn end(&self) -> usize {
+        self.start + self.columns
+    }
+
+    /// The row's node nearest to x, and its squared distance.
     pub(crate) fn nearest(&self, x: f64) -> (usize, f64) {
-        let column = libm::ceil((x - self.first_x) / self.spacing - 0.5).clamp(0.0, (self.columns - 1) as f64);
-        let dx = x - (self.first_x + column * self.spacing);
-        (self.start + column as usize, dx * dx + self.dy_squared)
+        // A cast cuts off the fraction, and what is below 0 becomes 0.
+        let column = (((x - self.first_x) * self.per_spacing + 0.5) as usize).min(self.columns - 1);
+        let dx = x - (self.first_x + column as f64 * self.spacing);
+        (self.start + column, dx * dx + self.dy_squared)
     }
 }
 
@@ -183,25 +197,22 @@ impl Adjacency for Lattice {
         self.row_start(self.rows)
     }
 
+    #[inline]
     fn for_each_neighbor(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
         let (row, column) = self.row_and_column(node);
         let [left, right] = self.across[row % 2];
-        let across = |row: usize, visit: &mut dyn FnMut(usize, f64)| {
+        // The neighbours in a row above or below: one, or two beside each other.
+        let across = |row: usize| {
             let columns = self.columns[row % 2] as isize;
+            let begin = (column as isize + left).clamp(0, columns);
+            let end = (column as isize + right + 1).clamp(0, columns);
             let start = self.row_start(row);
-            let mut one = |shift: isize| {
-                let c = column as isize + shift;
-                if c >= 0 && c < columns {
-                    visit(start + c as usize, self.across_distance);
-                }
-            };
-            one(left);
-            if right != left {
-                one(right);
-            }
+            start + begin as usize..start + end as usize
         };
         if row > 0 {
-            across(row - 1, &mut visit);
+            for neighbor in across(row - 1) {
+                visit(neighbor, self.across_distance);
+            }
         }
         if column > 0 {
             visit(node - 1, self.spacing);
@@ -210,7 +221,9 @@ impl Adjacency for Lattice {
             visit(node + 1, self.spacing);
         }
         if row + 1 < self.rows {
-            across(row + 1, &mut visit);
+            for neighbor in across(row + 1) {
+                visit(neighbor, self.across_distance);
+            }
         }
     }
 }

@@ -516,14 +516,15 @@ impl Assembly {
         components: &Components,
     ) -> Result<()> {
         let count = components.sizes.len();
-        // What is known of a component's region so far.
-        let mut exteriors: Vec<Option<Ring>> = vec![None; count];
+        // What is known of a component's region so far: its outer boundary with the area inside, and its holes.
+        let mut exteriors: Vec<Option<(Ring, f64)>> = vec![None; count];
         let mut holes: Vec<Vec<Ring>> = vec![Vec::new(); count];
         // The component around a component; none for one that touches the frame.
         let mut container: Vec<Option<u32>> = vec![None; count];
 
         for (component, ring) in self.frame_rings(triangulation, components)? {
-            exteriors[component as usize] = Some(ring);
+            let area = path_area(&drawing.ring_path(&ring, FLATTENING_TOLERANCE));
+            exteriors[component as usize] = Some((ring, area));
         }
         for &(number, area) in &self.closed {
             let piece = &self.pieces[number as usize];
@@ -535,7 +536,7 @@ impl Assembly {
             };
             container[inner as usize] = Some(outer);
             if let Some(part) = inner_part {
-                exteriors[inner as usize] = Some(Ring { parts: vec![part] });
+                exteriors[inner as usize] = Some((Ring { parts: vec![part] }, area.abs()));
             }
             if let Some(part) = outer_part {
                 holes[outer as usize].push(Ring { parts: vec![part] });
@@ -550,14 +551,14 @@ impl Assembly {
             ink[*component as usize] = Ink::of_label(labels[node]);
         }
         for component in (0..count).filter(|c| !self.dots[*c]) {
-            let exterior = exteriors[component]
+            let (exterior, enclosed_area) = exteriors[component]
                 .take()
                 .ok_or_else(|| Error::Internal(format!("component {component} has no outer boundary")))?;
             drawing.regions.push(Region {
                 ink: ink[component],
                 component: component as u32,
                 level: 0,
-                enclosed_area: 0.0,
+                enclosed_area,
                 exterior,
                 holes: std::mem::take(&mut holes[component]),
             });
@@ -643,12 +644,6 @@ impl Assembly {
 
     /// Areas, the layered order and the levels.
     fn order(drawing: &mut Drawing, container: &[Option<u32>]) -> Result<()> {
-        let exterior_area = |r: &Region| path_area(&drawing.ring_path(&r.exterior, FLATTENING_TOLERANCE));
-        let areas: Vec<f64> = drawing.regions.iter().map(exterior_area).collect();
-        for (region, area) in drawing.regions.iter_mut().zip(areas) {
-            region.enclosed_area = area;
-        }
-
         let regions = drawing.regions.iter().enumerate().map(|(i, r)| (r.enclosed_area, r.component, Mark::Region(i as u32)));
         let stipples = drawing.stipples.iter().enumerate();
         let stipples = stipples.map(|(i, s)| (std::f64::consts::PI * s.radius * s.radius, s.component, Mark::Stipple(i as u32)));

@@ -7,6 +7,8 @@
 //!
 //! The triangulation itself is spade's, with exact predicates.
 
+use rayon::prelude::*;
+use spade::handles::FixedVertexHandle;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
 use crate::control::Control;
@@ -107,48 +109,67 @@ pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &
         return Err(coincidence(&sites));
     }
 
-    // A directed edge from a site to a site, with what is on its left.
     let index_of: Vec<u32> = mesh.vertices().map(|v| v.data().index).collect();
-    let mut offsets = vec![0u32; count + 1];
-    for vertex in mesh.vertices() {
-        let from = index_of[vertex.index()] as usize;
-        if from < count {
-            let degree = vertex.out_edges().filter(|e| (index_of[e.to().index()] as usize) < count).count();
-            offsets[from + 1] = degree as u32;
+    control.check()?;
+    // Rows are read off in spade's own order of vertices, in which its edges lie close together, and put in ours afterwards.
+    let rows_of = |batch: &[u32], first: usize| {
+        let mut rows = Rows::default();
+        let mut row: Vec<(u32, u32)> = Vec::new();
+        for (vertex, from) in (first..).zip(batch) {
+            if *from as usize >= count {
+                continue;
+            }
+            row.clear();
+            for edge in mesh.vertex(FixedVertexHandle::from_index(vertex)).out_edges() {
+                let to = index_of[edge.to().index()];
+                if (to as usize) < count {
+                    let third = index_of[edge.next().to().index()];
+                    let beside = match (third as usize).checked_sub(count) {
+                        None => third,
+                        Some(guard) => FRAME + guards[guard].side as u32,
+                    };
+                    row.push((to, beside));
+                }
+            }
+            row.sort_unstable();
+            rows.nodes.push((*from, row.len() as u32));
+            rows.entries.extend_from_slice(&row);
         }
+        rows
+    };
+    let batches: Vec<Rows> =
+        index_of.par_chunks(ROWS_A_BATCH).enumerate().map(|(k, batch)| rows_of(batch, k * ROWS_A_BATCH)).collect();
+    let mut offsets = vec![0u32; count + 1];
+    for (node, degree) in batches.iter().flat_map(|rows| &rows.nodes) {
+        offsets[*node as usize + 1] = *degree;
     }
     for i in 0..count {
         offsets[i + 1] += offsets[i];
     }
-    control.check()?;
-    let mut neighbors = vec![0u32; offsets[count] as usize];
-    let mut left = vec![0u32; neighbors.len()];
-    let mut row: Vec<(u32, u32)> = Vec::new();
-    for vertex in mesh.vertices() {
-        let from = index_of[vertex.index()] as usize;
-        if from >= count {
-            continue;
-        }
-        row.clear();
-        for edge in vertex.out_edges() {
-            let to = index_of[edge.to().index()];
-            if (to as usize) < count {
-                let third = index_of[edge.next().to().index()];
-                let beside = match (third as usize).checked_sub(count) {
-                    None => third,
-                    Some(guard) => FRAME + guards[guard].side as u32,
-                };
-                row.push((to, beside));
+    let (mut neighbors, mut left) = (vec![0u32; offsets[count] as usize], vec![0u32; offsets[count] as usize]);
+    for rows in batches {
+        let mut entries = rows.entries.iter();
+        for (node, degree) in rows.nodes {
+            let start = offsets[node as usize] as usize;
+            for (k, (to, beside)) in (start..).zip(entries.by_ref().take(degree as usize)) {
+                neighbors[k] = *to;
+                left[k] = *beside;
             }
-        }
-        row.sort_unstable();
-        let start = offsets[from] as usize;
-        for (k, (to, beside)) in row.iter().enumerate() {
-            neighbors[start + k] = *to;
-            left[start + k] = *beside;
         }
     }
     Ok(Triangulation { graph: Graph { sites, offsets, neighbors }, left })
+}
+
+/// Vertices whose rows are read off the mesh at once: enough to be worth a thread's while.
+const ROWS_A_BATCH: usize = 1 << 14;
+
+/// Some rows of the adjacency.
+#[derive(Default)]
+struct Rows {
+    /// Node and length of every row.
+    nodes: Vec<(u32, u32)>,
+    /// The rows, one behind the other: neighbour, and what is beside the edge, as in [`Triangulation`].
+    entries: Vec<(u32, u32)>,
 }
 
 fn coincidence(sites: &[[f64; 2]]) -> Error {
@@ -198,28 +219,23 @@ fn guards(sites: &[[f64; 2]], width: f64, height: f64) -> Vec<Guard> {
 /// Which points (t along a line, d away from it) own a piece of the line from 0 to `length`: the lower envelope of the parabolas
 /// `(p - t)^2 + d^2`.
 fn touching(points: impl Iterator<Item = [f64; 2]> + Clone, count: usize, length: f64) -> Vec<usize> {
-    // The lowest point of every bin bounds the envelope from above; what lies higher than the bound everywhere is left out
-    // before sorting. That is nearly all.
+    // A point owns nothing if the lowest point of its bin is that much lower: it would win only beyond the ends of the line. This
+    // leaves out nearly all before sorting.
     let bins = ((count as f64).sqrt() as usize).clamp(1, 1 << 16);
-    let mut lowest: Vec<Option<[f64; 2]>> = vec![None; bins];
-    for point in points.clone() {
-        let bin = &mut lowest[((point[0] / length * bins as f64) as usize).min(bins - 1)];
-        if bin.is_none_or(|b| point[1] < b[1]) {
-            *bin = Some(point);
-        }
+    let bin = |t: f64| ((t / length * bins as f64) as usize).min(bins - 1);
+    let mut lowest = vec![f64::INFINITY; bins];
+    for [t, d] in points.clone() {
+        let lowest = &mut lowest[bin(t)];
+        *lowest = lowest.min(d);
     }
-    let lowest: Vec<[f64; 2]> = lowest.into_iter().flatten().collect();
-    let reach = |gap: f64, d: f64| gap * gap + d * d;
-    let mut bound: f64 = 0.0;
-    for pair in lowest.windows(2) {
-        bound = bound.max(reach(pair[1][0] - pair[0][0], pair[0][1].max(pair[1][1])));
-    }
-    if let (Some(first), Some(last)) = (lowest.first(), lowest.last()) {
-        bound = bound.max(reach(first[0], first[1])).max(reach(length - last[0], last[1]));
-    }
-
-    let mut near: Vec<(f64, f64, usize)> =
-        points.enumerate().filter(|(_, p)| p[1] * p[1] <= bound).map(|(i, p)| (p[0], p[1], i)).collect();
+    let margin = 2.0 * length * (length / bins as f64);
+    let mut near: Vec<(f64, f64, usize)> = (points.enumerate())
+        .filter(|(_, [t, d])| {
+            let lowest = lowest[bin(*t)];
+            d * d - lowest * lowest <= margin
+        })
+        .map(|(i, [t, d])| (t, d, i))
+        .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     near.dedup_by(|later, kept| later.0 == kept.0);
 

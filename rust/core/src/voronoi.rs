@@ -73,23 +73,37 @@ pub fn cells(
 pub fn lattice_means(lattice: &Lattice, field: &Field, samples_per_pixel: usize, control: &Control) -> Result<Vec<f32>> {
     check(&[lattice.site(0)], field.width(), field.height(), samples_per_pixel, Some(field))?;
     let step = 1.0 / samples_per_pixel as f64;
-    let mut sums = vec![(0u32, 0f64); lattice.len()];
-    for row in 0..field.height() * samples_per_pixel {
-        if row % 256 == 0 {
-            control.check()?;
-        }
-        let rows = lattice.rows_around((row as f64 + 0.5) * step);
-        let values = &field.values()[row / samples_per_pixel * field.width()..][..field.width()];
-        let mut column = 0;
-        for value in values {
-            for _ in 0..samples_per_pixel {
-                let x = (f64::from(column) + 0.5) * step;
-                let [above, below] = [rows[0].nearest(x), rows[1].nearest(x)];
-                let sum = &mut sums[if below.1 < above.1 { below.0 } else { above.0 }];
-                sum.0 += 1;
-                sum.1 += f64::from(*value);
-                column += 1;
+    // Bands of rows, whose nodes are a run of the lattice; a node on the seam of two bands gets its samples from both, in order.
+    let sample_rows = field.height() * samples_per_pixel;
+    let band_sums = |first: usize| {
+        let last = (first + BAND).min(sample_rows);
+        let y = |row: usize| (row as f64 + 0.5) * step;
+        let nodes = lattice.rows_around(y(first))[0].start()..lattice.rows_around(y(last - 1))[1].end();
+        let mut sums = vec![(0u32, 0f64); nodes.len()];
+        for row in first..last {
+            let rows = lattice.rows_around(y(row));
+            let values = &field.values()[row / samples_per_pixel * field.width()..][..field.width()];
+            let mut column = 0u32;
+            for value in values {
+                for _ in 0..samples_per_pixel {
+                    let x = (f64::from(column) + 0.5) * step;
+                    let [above, below] = [rows[0].nearest(x), rows[1].nearest(x)];
+                    let sum = &mut sums[if below.1 < above.1 { below.0 } else { above.0 } - nodes.start];
+                    sum.0 += 1;
+                    sum.1 += f64::from(*value);
+                    column += 1;
+                }
             }
+        }
+        (nodes.start, sums)
+    };
+    control.check()?;
+    let bands: Vec<_> = (0..sample_rows).into_par_iter().step_by(BAND).map(band_sums).collect();
+    let mut sums = vec![(0u32, 0f64); lattice.len()];
+    for (start, band) in bands {
+        for (sum, part) in sums[start..].iter_mut().zip(band) {
+            sum.0 += part.0;
+            sum.1 += part.1;
         }
     }
     let mean = |(node, (count, sum)): (usize, &(u32, f64))| {
@@ -144,6 +158,9 @@ pub fn relax(
 /// Side of a tile in samples: tiles are what threads share out. Smaller ones cost more to hand out, larger ones leave
 /// threads idle on small pictures.
 const TILE: usize = 256;
+
+/// Sample rows whose lattice means one thread computes at once.
+const BAND: usize = 64;
 
 /// Tiles between two looks at the cancellation flag; their owners are in memory at once.
 const TILES_AT_ONCE: usize = 32;
@@ -332,7 +349,7 @@ struct Lists {
 }
 
 impl Lists {
-    /// Appends those of the candidates `range` that can own a sample of the box, in their order.
+    /// Appends those of the candidates `range` that can own a sample of the box.
     ///
     /// Each is compared with a few rivals: the nearest sites to the corners and to the middles of the sides. More rivals would cut
     /// off more, but these leave little more than the sites in the box and a seam around it.
@@ -365,7 +382,7 @@ impl Lists {
         start..self.stack.len()
     }
 
-    /// Appends the sites in and within `reach` bins around a box, in order, if they are sure to own all of it.
+    /// Appends the sites in and within `reach` bins around a box, if they are sure to own all of it.
     fn gather(&mut self, bins: &Bins, area: Box2, reach: usize) -> Option<std::ops::Range<usize>> {
         let start = self.stack.len();
         for run in bins.around(area, reach) {
@@ -383,7 +400,6 @@ impl Lists {
             self.stack.truncate(start);
             return None;
         }
-        self.stack[start..].sort_unstable_by_key(|c| c.site);
         Some(start..self.stack.len())
     }
 
@@ -463,6 +479,8 @@ impl Lists {
             }
             return;
         }
+        // In order, so that the lower index wins a tie.
+        self.stack[range.clone()].sort_unstable_by_key(|c| c.site);
         for row in area.y.0..area.y.1 {
             // Arrays of a fixed length, so that the comparisons run several samples at a time.
             let mut nearest = [f64::INFINITY; LEAF];
