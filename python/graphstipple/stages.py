@@ -1,6 +1,6 @@
 """The stages of the method, each callable alone on arrays.
 
-In the order of the pipeline: `lattice`, `lattice_labels` (lattice, cell means, diffusion and node budget in one), `relax`,
+In the order of the pipeline: `tone`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and node budget in one), `relax`,
 `triangulate`, `cells`, `diffuse`, `components`, `outline`. They are the functions that `graphstipple.draw` runs.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
+from graphstipple._inputs import ImageLike, read_luma
 from graphstipple.drawing import Region, stipple_array
 from graphstipple.options import Options
 
@@ -34,6 +35,7 @@ __all__ = [
     "owners",
     "relax",
     "samples_per_pixel",
+    "tone",
     "triangulate",
 ]
 
@@ -78,6 +80,30 @@ class Outline(NamedTuple):
     """Structured array with x, y, radius and ink, as `graphstipple.Drawing.stipples`."""
     regions: list[Region]
     """As `graphstipple.Drawing.regions`."""
+
+
+def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.float32]:
+    """Return the tone of an image: its luma (Rec. 601, of the sRGB-encoded values) under `gamma`, `contrast` and `invert`.
+
+    Parameters
+    ----------
+    image : path, PIL image or array
+        As for `graphstipple.draw`.
+    options : Options, optional
+        By default ``Options()``, which leaves the luma as it is.
+
+    Returns
+    -------
+    ndarray of float32, (height, width)
+        0 black, 1 white.
+
+    Raises
+    ------
+    InvalidInputError, ImageFileError
+        As `graphstipple.draw`.
+    """
+    options = options or Options()
+    return _core.adjust(read_luma(image, options.background), options._json())
 
 
 def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:

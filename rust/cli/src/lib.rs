@@ -6,6 +6,7 @@ mod arguments;
 pub mod error;
 pub mod files;
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -143,20 +144,29 @@ fn work(job: &Job, interrupted: &dyn Fn() -> bool, show_progress: bool) -> Resul
 
 /// The whole work, from the photo's bytes to those of the outputs.
 fn make(job: &Job, control: &Control) -> Result<Made> {
+    let mut seconds = BTreeMap::new();
+    let begin = Instant::now();
     let luma = match &job.photo {
         Some(path) => files::read_photo(path, job.background)?,
         None => files::read_standard_input(job.background)?,
     };
+    seconds.insert("decoding", begin.elapsed().as_secs_f64());
     // A width that gives too many pixels is better told now than after the work.
     for width in job.raster_widths() {
         raster::size(luma.width(), luma.height(), width)?;
     }
+    let begin = Instant::now();
     let importance = importance(job, &luma)?;
+    let stage = if matches!(importance, Importance::Saliency(_)) { "saliency" } else { "decoding" };
+    *seconds.entry(stage).or_insert(0.0) += begin.elapsed().as_secs_f64();
     control.check()?;
     let outcome = pipeline::draw(&luma, &importance, &job.options, control)?;
     drop((luma, importance));
 
-    let mut made = Made { files: Vec::new(), standard_output: None, stats: outcome.stats };
+    let mut stats = outcome.stats;
+    *stats.seconds.entry("total".into()).or_default() += seconds.values().sum::<f64>();
+    stats.seconds.extend(seconds.into_iter().map(|(stage, seconds)| (stage.to_owned(), seconds)));
+    let mut made = Made { files: Vec::new(), standard_output: None, stats };
     match &job.output {
         Output::Standard => made.standard_output = Some(files::encode(&outcome.drawing, Format::Svg, None)?),
         Output::File { path, format, width } => {

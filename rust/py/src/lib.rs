@@ -22,7 +22,7 @@ mod _core {
     #[pymodule_export]
     use crate::options::{default_options, importance_source, paper_options, validated_options};
     #[pymodule_export]
-    use crate::photo::{background, luma, luma_to_u8, read_luma, saliency};
+    use crate::photo::{adjust, background, luma, luma_to_u8, read_luma, saliency};
     #[pymodule_export]
     use crate::stages::{
         cells, components, diffuse, lattice, lattice_labels, outline, owners, relax, samples_per_pixel, triangulate,

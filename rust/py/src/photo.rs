@@ -8,7 +8,7 @@ use graphstipple_core::tone::{self, Pixels, Samples};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::{arrays, errors, watch};
+use crate::{arrays, errors, options, watch};
 
 /// The luma of an image file, (height, width) in [0, 1], its transparency laid over the background (R, G, B).
 #[pyfunction]
@@ -48,6 +48,19 @@ pub(crate) fn luma<'py>(py: Python<'py>, samples: &Bound<'py, PyAny>, background
         tone::luma(&Pixels { width: shape[1], height: shape[0], channels: shape[2], samples }, background)
     })?;
     arrays::from_field(py, field)
+}
+
+/// The tone of luma, (height, width) in [0, 1], under the options' gamma, contrast and inversion (JSON).
+#[pyfunction]
+pub(crate) fn adjust<'py>(
+    py: Python<'py>,
+    luma: PyReadonlyArray2<'py, f32>,
+    options_json: &str,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let options = options::parse(options_json)?;
+    let field = arrays::field(&luma)?;
+    let tone = watch::run_core(py, move |_| Ok(tone::adjust(&field, options.gamma, options.contrast, options.invert)))?;
+    arrays::from_field(py, tone)
 }
 
 /// Luma as 8-bit values, (height, width): what the saliency is computed on.
