@@ -172,18 +172,24 @@ impl Rings {
 }
 
 /// Buckets over priorities [0, 0.5), and as many again for values that errors pushed out of [0, 1]. More buckets make shorter
-/// heaps, which stay in the cache; past some thousands they only cost memory.
+/// lists to sort; past some thousands they only cost memory.
 const BUCKETS_A_HALF: f64 = 4096.0;
+
+/// A node with the bits of its priority when it was entered; the largest comes first, ties by index.
+type Entry = (u64, Reverse<u32>);
 
 /// All unlabelled nodes by decreasing `|I - 0.5|`, ties by index: exactly the order of one big heap, at a fraction of its cost.
 ///
-/// A node stands in the bucket of its priority. Only the highest bucket in use is ordered, in a heap. A node whose priority
-/// changes is entered again where it now belongs; entries that are no longer true are dropped when they come up.
+/// A node stands in the bucket of its priority. Only the highest bucket in use is sorted; what is entered into it or above
+/// later goes to a small heap beside it. A node whose priority changes is entered again where it now belongs; entries that are no
+/// longer true are dropped when they come up.
 struct PriorityQueue {
     buckets: Vec<Vec<u32>>,
-    /// The bucket whose nodes, and all above, are in the heap.
+    /// The bucket whose nodes, and all above, are in `sorted` and `late`.
     lowest: usize,
-    heap: BinaryHeap<(u64, Reverse<u32>)>,
+    /// In increasing order: the next node is the last.
+    sorted: Vec<Entry>,
+    late: BinaryHeap<Entry>,
 }
 
 impl PriorityQueue {
@@ -193,28 +199,33 @@ impl PriorityQueue {
         for (number, node) in nodes.iter().enumerate() {
             buckets[bucket(priority(node.current))].push(number as u32);
         }
-        Self { buckets, lowest: count, heap: BinaryHeap::new() }
+        Self { buckets, lowest: count, sorted: Vec::new(), late: BinaryHeap::new() }
     }
 
     /// The unlabelled node of the highest priority.
     fn pop(&mut self, nodes: &[Node]) -> Option<usize> {
         loop {
-            while let Some((key, Reverse(number))) = self.heap.pop() {
-                let node = &nodes[number as usize];
-                if node.label == UNLABELLED && key == priority(node.current).to_bits() {
-                    return Some(number as usize);
+            let next = match (self.sorted.last(), self.late.peek()) {
+                (Some(first), Some(late)) if late > first => self.late.pop(),
+                (Some(_), _) => self.sorted.pop(),
+                (None, _) => self.late.pop(),
+            };
+            let Some((key, Reverse(number))) = next else {
+                self.lowest = (0..self.lowest).rev().find(|b| !self.buckets[*b].is_empty())?;
+                for number in std::mem::take(&mut self.buckets[self.lowest]) {
+                    let node = &nodes[number as usize];
+                    let priority = priority(node.current);
+                    if node.label == UNLABELLED && bucket(priority) == self.lowest {
+                        self.sorted.push((priority.to_bits(), Reverse(number)));
+                    }
                 }
+                self.sorted.sort_unstable();
+                continue;
+            };
+            let node = &nodes[number as usize];
+            if node.label == UNLABELLED && key == priority(node.current).to_bits() {
+                return Some(number as usize);
             }
-            self.lowest = (0..self.lowest).rev().find(|b| !self.buckets[*b].is_empty())?;
-            let mut entries = std::mem::take(&mut self.heap).into_vec();
-            for number in std::mem::take(&mut self.buckets[self.lowest]) {
-                let node = &nodes[number as usize];
-                let priority = priority(node.current);
-                if node.label == UNLABELLED && bucket(priority) == self.lowest {
-                    entries.push((priority.to_bits(), Reverse(number)));
-                }
-            }
-            self.heap = BinaryHeap::from(entries);
         }
     }
 
@@ -222,7 +233,7 @@ impl PriorityQueue {
     fn update(&mut self, node: usize, before: f64, after: f64) {
         let (old, new) = (bucket(priority(before)), bucket(priority(after)));
         if new >= self.lowest {
-            self.heap.push((priority(after).to_bits(), Reverse(node as u32)));
+            self.late.push((priority(after).to_bits(), Reverse(node as u32)));
         } else if new != old {
             self.buckets[new].push(node as u32);
         }
