@@ -107,7 +107,7 @@ def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.flo
 
 
 def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
-    """Return the regular first graph over a canvas (DESIGN 2.1; section 3.1 of the paper).
+    """Return the regular first graph over a canvas (docs/method.md).
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexago
 
 
 def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) -> LatticeLabels:
-    """Return the lattice and which of its nodes the importance keeps under the node budget (DESIGN 2.3, first diffusion).
+    """Return the lattice and which of its nodes the importance keeps under the node budget (docs/method.md, first diffusion).
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def samples_per_pixel(density: float) -> int:
 
 
 def cells(sites: npt.ArrayLike, width: int, height: int, field: npt.ArrayLike | None = None, samples_per_pixel: int = 2) -> Cells:
-    """Return areas, centroids and field means of the sites' Voronoi cells, by a raster pass (DESIGN 2.2).
+    """Return areas, centroids and field means of the sites' Voronoi cells, by a raster pass (docs/method.md).
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def cells(sites: npt.ArrayLike, width: int, height: int, field: npt.ArrayLike | 
 
 
 def owners(sites: npt.ArrayLike, width: int, height: int, samples_per_pixel: int = 1) -> npt.NDArray[np.uint32]:
-    """Return the nearest site of every sample of a grid (DESIGN 2.2).
+    """Return the nearest site of every sample of a grid (docs/method.md).
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def owners(sites: npt.ArrayLike, width: int, height: int, samples_per_pixel: int
 
 
 def relax(sites: npt.ArrayLike, width: int, height: int, steps: int = 1, samples_per_pixel: int = 2) -> npt.NDArray[np.float64]:
-    """Return the sites after Lloyd steps: each moves every site to the centroid of its cell (DESIGN 2.4).
+    """Return the sites after Lloyd steps: each moves every site to the centroid of its cell (docs/method.md).
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def relax(sites: npt.ArrayLike, width: int, height: int, steps: int = 1, samples
 
 
 def triangulate(sites: npt.ArrayLike, width: int, height: int) -> npt.NDArray[np.uint32]:
-    """Return the Delaunay edges of sites, correct to the canvas border (DESIGN 2.4).
+    """Return the Delaunay edges of sites, correct to the canvas border (docs/method.md).
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def diffuse(
     detail_gain: float = 6.0,
     rings: int = 1,
 ) -> npt.NDArray[np.uint8]:
-    """Return a label for every node by priority error diffusion (DESIGN 2.3; section 3.3 of the paper).
+    """Return a label for every node by priority error diffusion (docs/method.md).
 
     Parameters
     ----------
@@ -278,7 +278,7 @@ def diffuse(
 
 
 def components(edges: npt.ArrayLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint32]:
-    """Return the connected component of equally labelled nodes that every node belongs to (DESIGN 2.5).
+    """Return the connected component of equally labelled nodes that every node belongs to (docs/method.md).
 
     Parameters
     ----------
@@ -304,7 +304,7 @@ def outline(
     areas: npt.ArrayLike | None = None,
     stipple_scale: float = 1.0,
 ) -> Outline:
-    """Return the stipples and regions of labelled sites (DESIGN 2.5; section 3.4 of the paper).
+    """Return the stipples and regions of labelled sites (docs/method.md).
 
     Parameters
     ----------

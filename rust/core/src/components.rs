@@ -1,4 +1,4 @@
-//! Connected components of equally labelled nodes (section 3.4 of the paper).
+//! Connected components of equally labelled nodes, after the paper.
 //!
 //! Components are numbered in the order of their lowest nodes.
 

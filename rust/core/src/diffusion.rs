@@ -1,4 +1,4 @@
-//! Priority error diffusion on a graph: labels every node 0 or 1 (section 3.3 of the paper; both phases use this routine).
+//! Priority error diffusion on a graph: labels every node 0 or 1 (both phases of the paper use this routine).
 //!
 //! Nodes are labelled in order of decreasing `|I - 0.5|` by their *current* value I, ties by index, and pass a share alpha of
 //! their error on to their unlabelled neighbours, by weights that fall with the difference of starting values and with distance.

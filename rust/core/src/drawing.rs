@@ -5,7 +5,7 @@
 //! [`Ring`] names curves (forward or reversed), stipples whose outline is its hole, and corners of the frame. So neighbours
 //! fit exactly, and the areas of all regions and stipples add up to the canvas.
 //!
-//! The same data expresses the picture in two ways (section 4 of the paper has the first): *layered*, where each region is the
+//! The same data expresses the picture in two ways (the paper has the first): *layered*, where each region is the
 //! filled disc of its exterior ring and what lies inside it is painted over it; and *flat*, where each region is its exterior
 //! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
 //! container is always on the level below. So painting level by level is as good as painting one by one.
@@ -113,7 +113,7 @@ pub struct Provenance {
     pub options: Options,
 }
 
-/// What was counted and timed (DESIGN 2.6 of the project's docs; Table 4 of the paper has stipples, regions and vertices).
+/// What was counted and timed (docs/method.md; Table 4 of the paper has stipples, regions and vertices).
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Stats {
     /// Width of the canvas in pixels.

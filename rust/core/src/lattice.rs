@@ -1,4 +1,4 @@
-//! The lattice: the regular first graph, whose adjacency is known in closed form (section 3.1 of the paper).
+//! The lattice: the regular first graph, whose adjacency is known in closed form, as in the paper.
 //!
 //! Nodes are numbered row by row. On the hexagonal lattice every other row is shifted by half the spacing; a node has six
 //! neighbours, all one spacing away. On the square lattice it has four. A canvas too narrow for either holds one line of nodes.

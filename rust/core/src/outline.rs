@@ -1,4 +1,4 @@
-//! Outlines: from labelled nodes to the marks of a drawing (section 3.4 of the paper).
+//! Outlines: from labelled nodes to the marks of a drawing, after the paper.
 //!
 //! # The idea
 //! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from the midpoint of one of its

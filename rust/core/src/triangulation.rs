@@ -1,4 +1,4 @@
-//! Delaunay triangulation of the kept sites, correct to the frame (section 3.2 of the paper).
+//! Delaunay triangulation of the kept sites, correct to the frame, as the paper's second graph.
 //!
 //! A plain Delaunay triangulation ends at the hull of the sites, short of the canvas, and its hull edges join sites far apart.
 //! Here the sites whose cells touch the frame are mirrored across it. These *guards* only complete the triangulation: every

@@ -7,7 +7,7 @@
 //! a point of a box only if, against every other site, it is nearer at some corner: what is nearer to one of two sites is a
 //! half-plane, and a half-plane that meets a box holds a corner of it. So large empty cells cost as little as small ones.
 //!
-//! What this module does not do: exact polygonal cells. Source: section 3.2 of the paper (node values, relaxation).
+//! What this module does not do: exact polygonal cells. Source: the paper (node values, relaxation).
 
 use rayon::prelude::*;
 
