@@ -1,7 +1,8 @@
 """The paper's settings against constant alpha = 1 on scikit-image's five photos: SSIM, PSNR and counts.
 
-The paper's ablation (its Table 5) reports that dynamic alpha lowers PSNR and raises SSIM. Both pictures are compared with the photo's luma at the photo's own size: *near* as
-drawn, *far* after a Gaussian blur of 1.5 px of both, for a viewer at a distance. Run with ``.venv/bin/python benches/alpha_ablation.py``.
+The paper's ablation (its Table 5) reports that dynamic alpha lowers PSNR and raises SSIM. Both pictures are compared with the
+photo's luma at the photo's own size: *near* as drawn, *far* after a Gaussian blur of 1.5 px of both, for a viewer at a distance.
+Run with ``.venv/bin/python benches/alpha_ablation.py``.
 """
 
 import numpy as np

@@ -63,7 +63,7 @@ pub struct Region {
     pub exterior: Ring,
     /// The inner boundaries; their signed areas are negative.
     pub holes: Vec<Ring>,
-    /// Area that the exterior encloses, holes included, in px^2.
+    /// Area that the exterior encloses, holes and dots cut by the frame included, in px^2: what the layered order goes by.
     pub enclosed_area: f64,
 }
 

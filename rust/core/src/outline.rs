@@ -20,6 +20,8 @@
 //! A component of one node is a dot with the area of the node's cell, shrunk until it stays inside the star of the node's
 //! triangles, where no other curve runs. A node that cuts the canvas in two (its boundary is more than one chain) is a region.
 
+use std::f64::consts::PI;
+
 use kurbo::{BezPath, Point, Vec2};
 
 use crate::components::Components;
@@ -48,6 +50,10 @@ const RESCALED_LOOP_AREA: f64 = 20.0;
 /// vanish when coordinates are rounded; larger would turn more corners sharp.
 const EDGE_CLEARANCE: f64 = 0.05;
 
+/// The least radius that a dot would like to have, in pixels, for nodes so dense that no sample fell to their cell: the dot stays a
+/// mark with an area, and is too small to print.
+const MIN_RADIUS: f64 = 1.0 / 1024.0;
+
 /// The part of the distance to the rim of its star that a dot may fill: its polygon reaches a little beyond its circle.
 const STAR_FILL: f64 = 0.99 / POLYGON_REACH;
 
@@ -56,7 +62,8 @@ const STAR_FILL: f64 = 0.99 / POLYGON_REACH;
 /// `cell_areas` holds the area of every node's cell in px^2; a stipple gets `stipple_scale` times as much.
 ///
 /// # Errors
-/// [`Error::Input`] if labels, components or areas do not match the nodes; [`Error::Cancelled`].
+/// [`Error::Input`] if labels, components or areas do not match the nodes, a label is not 0 or 1, or an area is not finite or below 0;
+/// [`Error::Cancelled`].
 pub fn outline(
     triangulation: &Triangulation,
     labels: &[u8],
@@ -71,6 +78,12 @@ pub fn outline(
         if length != count {
             return Err(Error::Input(format!("there are {length} {what} for {count} nodes, but every node needs one")));
         }
+    }
+    if let Some(i) = labels.iter().position(|label| *label > 1) {
+        return Err(Error::Input(format!("the label of node {i} is {}, but it must be 0 (black) or 1 (white)", labels[i])));
+    }
+    if let Some(i) = cell_areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {
+        return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
     }
     let frame = Frame { width: width as f64, height: height as f64 };
     let chains = trace(triangulation, labels, components)?;
@@ -102,7 +115,7 @@ pub fn outline(
             let stipple = Stipple {
                 x: site[0],
                 y: site[1],
-                radius: star.radius((cell_areas[node] * stipple_scale / std::f64::consts::PI).sqrt(), site),
+                radius: star.radius((cell_areas[node] * stipple_scale / PI).sqrt().max(MIN_RADIUS), site),
                 ink: Ink::of_label(labels[node]),
                 component: own,
                 level: 0,
@@ -451,13 +464,13 @@ struct Assembly {
     ends: Vec<End>,
     /// Of closed pieces: the piece, and the area that it encloses in its own direction.
     closed: Vec<(u32, f64)>,
-    /// Of every component: whether it is a dot.
-    dots: Vec<bool>,
+    /// Of every component that is a dot: its area inside the canvas, and whether the frame cuts it.
+    dots: Vec<Option<(f64, bool)>>,
 }
 
 impl Assembly {
     fn new(frame: Frame, components: usize) -> Self {
-        Self { frame, pieces: Vec::new(), ends: Vec::new(), closed: Vec::new(), dots: vec![false; components] }
+        Self { frame, pieces: Vec::new(), ends: Vec::new(), closed: Vec::new(), dots: vec![None; components] }
     }
 
     fn add(&mut self, piece: Piece, open: Option<[[f64; 2]; 2]>, area: impl FnOnce() -> f64) {
@@ -493,7 +506,7 @@ impl Assembly {
         let outline = circle_polygon([stipple.x, stipple.y], stipple.radius, canvas, FLATTENING_TOLERANCE);
         let reach = stipple.radius * POLYGON_REACH;
         let cut = self.frame.distances([stipple.x, stipple.y]).iter().any(|d| *d < reach);
-        self.dots[stipple.component as usize] = true;
+        self.dots[stipple.component as usize] = Some((signed_area(&outline), cut));
         let piece = Piece { forward: None, backward: RingPart::Stipple { index }, left: stipple.component, right: around };
         self.add(piece, cut.then(|| [outline[0], outline[outline.len() - 1]]), || signed_area(&outline));
     }
@@ -505,7 +518,7 @@ impl Assembly {
             let row = graph.offsets[*i] as usize..graph.offsets[*i + 1] as usize;
             row.into_iter().any(|slot| matches!(triangulation.left(slot), Beside::Frame(_)))
         });
-        at_frame.map(|i| components.ids[i]).find(|id| !self.dots[*id as usize]).unwrap_or(0)
+        at_frame.map(|i| components.ids[i]).find(|id| self.dots[*id as usize].is_none()).unwrap_or(0)
     }
 
     fn finish(
@@ -544,13 +557,19 @@ impl Assembly {
         }
         for piece in self.pieces.iter().filter(|piece| piece.forward.is_none()) {
             container[piece.left as usize] = Some(piece.right);
+            // A dot that the frame cuts lies outside the ring of what surrounds it, but is painted over it all the same.
+            if let (Some((area, true)), Some((_, enclosed))) =
+                (self.dots[piece.left as usize], &mut exteriors[piece.right as usize])
+            {
+                *enclosed += area;
+            }
         }
 
         let mut ink = vec![Ink::White; count];
         for (node, component) in components.ids.iter().enumerate() {
             ink[*component as usize] = Ink::of_label(labels[node]);
         }
-        for component in (0..count).filter(|c| !self.dots[*c]) {
+        for component in (0..count).filter(|c| self.dots[*c].is_none()) {
             let (exterior, enclosed_area) = exteriors[component]
                 .take()
                 .ok_or_else(|| Error::Internal(format!("component {component} has no outer boundary")))?;
@@ -565,7 +584,7 @@ impl Assembly {
         }
         drawing.stipples.sort_by_key(|s| s.component);
         self.renumber_stipples(drawing);
-        Self::order(drawing, &container)
+        self.order(drawing, &container)
     }
 
     /// Stipples were numbered as their chains came; rings name them by their place in the sorted list.
@@ -611,7 +630,7 @@ impl Assembly {
         let mut walked = vec![false; count];
         for first in 0..count {
             let (component, _) = sides(&self.ends[first]);
-            if walked[first] || self.dots[component as usize] {
+            if walked[first] || self.dots[component as usize].is_some() {
                 continue;
             }
             let mut parts = Vec::new();
@@ -643,10 +662,10 @@ impl Assembly {
     }
 
     /// Areas, the layered order and the levels.
-    fn order(drawing: &mut Drawing, container: &[Option<u32>]) -> Result<()> {
+    fn order(&self, drawing: &mut Drawing, container: &[Option<u32>]) -> Result<()> {
         let regions = drawing.regions.iter().enumerate().map(|(i, r)| (r.enclosed_area, r.component, Mark::Region(i as u32)));
-        let stipples = drawing.stipples.iter().enumerate();
-        let stipples = stipples.map(|(i, s)| (std::f64::consts::PI * s.radius * s.radius, s.component, Mark::Stipple(i as u32)));
+        let dot_area = |s: &Stipple| self.dots[s.component as usize].map_or(0.0, |dot| dot.0);
+        let stipples = drawing.stipples.iter().enumerate().map(|(i, s)| (dot_area(s), s.component, Mark::Stipple(i as u32)));
         let mut order: Vec<(f64, u32, Mark)> = regions.chain(stipples).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         drawing.order = order.iter().map(|(_, _, mark)| *mark).collect();

@@ -1,0 +1,302 @@
+"""Slow, readable NumPy/SciPy twins of the stages (DESIGN 2), to test the Rust code against.
+
+Nothing here is shared with the package: each function follows the text of the design, not the code. Points are `(n, 2)` arrays of
+x, y in pixels; rasters are row-major; the pixel in column c and row r covers [c, c+1) x [r, r+1).
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse
+import scipy.spatial
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+# Lattice (2.1) -------------------------------------------------------------------------------------------------------------------
+
+
+# How far inside the canvas all sites lie, in pixels.
+MARGIN = 1e-3
+
+
+def lattice(width: int, height: int, density: float = 1.0, kind: str = "hexagonal") -> tuple[Floats, Integers]:
+    """Return sites row by row, and edges between those that are one spacing apart."""
+    if kind == "square":
+        spacing = row_height = 1.0 / math.sqrt(density)
+        first, shift = spacing / 2, 0.0
+    else:
+        spacing = math.sqrt(2.0 / (math.sqrt(3.0) * density))
+        row_height = spacing * math.sqrt(3.0) / 2
+        first, shift = spacing / 4, spacing / 2
+    sites = []
+    for row in range(math.ceil(height / row_height) + 1):
+        y = (row + 0.5) * row_height
+        for column in range(math.ceil(width / spacing) + 1):
+            x = first + (row % 2) * shift + column * spacing
+            if x <= width - MARGIN and y <= height - MARGIN:
+                sites.append((x, y))
+    points = np.array(sites, dtype=np.float64).reshape(-1, 2)
+    if len(points) < 2:
+        return points, np.zeros((0, 2), np.int64)
+    return points, sorted_edges(scipy.spatial.cKDTree(points).query_pairs(1.01 * spacing, output_type="ndarray"))
+
+
+def sorted_edges(edges: ArrayLike) -> Integers:
+    """Return every edge as (lower, higher), in ascending order: one form, so that two sets of edges compare as arrays."""
+    array = np.sort(np.asarray(edges, dtype=np.int64).reshape(-1, 2), axis=1)
+    return array[np.lexsort((array[:, 1], array[:, 0]))]
+
+
+# Cells (2.2) ---------------------------------------------------------------------------------------------------------------------
+
+
+def sample_points(width: int, height: int, samples_per_pixel: int) -> Floats:
+    """Return the centres of the samples, row by row."""
+    x = (np.arange(width * samples_per_pixel) + 0.5) / samples_per_pixel
+    y = (np.arange(height * samples_per_pixel) + 0.5) / samples_per_pixel
+    return np.stack([a.ravel() for a in np.meshgrid(x, y)], axis=1)
+
+
+def squared_distances(sites: Floats, width: int, height: int, owner: ArrayLike, samples_per_pixel: int) -> Floats:
+    """Return the squared distance from every sample to the site `owner` names, in the owners' shape."""
+    owner = np.asarray(owner)
+    delta = sample_points(width, height, samples_per_pixel) - np.asarray(sites)[owner.ravel().astype(np.int64)]
+    return (delta**2).sum(axis=1).reshape(owner.shape)
+
+
+def owners(sites: Floats, width: int, height: int, samples_per_pixel: int = 2) -> Integers:
+    """Find the nearest site of every sample by a k-d tree; of up to 8 equally near ones, that with the lowest index."""
+    sites = np.asarray(sites, dtype=np.float64)
+    points = sample_points(width, height, samples_per_pixel)
+    _, candidates = scipy.spatial.cKDTree(sites).query(points, k=np.arange(1, min(8, len(sites)) + 1))
+    candidates = np.sort(candidates, axis=1)
+    squared = ((points[:, None, :] - sites[candidates]) ** 2).sum(axis=2)
+    nearest = candidates[np.arange(len(points)), squared.argmin(axis=1)]
+    return nearest.reshape(height * samples_per_pixel, width * samples_per_pixel)
+
+
+def bilinear(field: NDArray[np.floating], x: float, y: float) -> float:
+    """Interpolate the field between pixel centres; constant beyond the outermost ones."""
+    rows, columns = field.shape
+    p, q = min(max(x - 0.5, 0.0), columns - 1.0), min(max(y - 0.5, 0.0), rows - 1.0)
+    c, r = int(p), int(q)
+    c1, r1, u, v = min(c + 1, columns - 1), min(r + 1, rows - 1), p - c, q - r
+    top = field[r, c] * (1 - u) + field[r, c1] * u
+    bottom = field[r1, c] * (1 - u) + field[r1, c1] * u
+    return float(top * (1 - v) + bottom * v)
+
+
+@dataclass
+class Cells:
+    """What the samples of each site come to."""
+
+    counts: Integers
+    areas: Floats
+    centroids: Floats
+    means: Floats | None
+
+
+def cells(owner: Integers, sites: Floats, field: NDArray[np.floating] | None, samples_per_pixel: int) -> Cells:
+    """Sum over the samples that each site owns."""
+    sites = np.asarray(sites, dtype=np.float64)
+    n, s = len(sites), samples_per_pixel
+    height, width = owner.shape[0] // s, owner.shape[1] // s
+    flat, points = owner.ravel(), sample_points(width, height, s)
+    counts = np.bincount(flat, minlength=n)
+    some = counts > 0
+    centroids = sites.copy()
+    for axis in range(2):
+        centroids[some, axis] = np.bincount(flat, points[:, axis], minlength=n)[some] / counts[some]
+    means = None
+    if field is not None:
+        samples = np.asarray(field, np.float64).repeat(s, axis=0).repeat(s, axis=1)
+        means = np.array([bilinear(field, x, y) for x, y in sites])
+        means[some] = np.bincount(flat, samples.ravel(), minlength=n)[some] / counts[some]
+    return Cells(counts, counts / s**2, centroids, means)
+
+
+def relax(sites: Floats, width: int, height: int, steps: int = 1, samples_per_pixel: int = 2) -> Floats:
+    """Do Lloyd steps: every site goes to the centroid of its samples, but not nearer to the frame than the margin."""
+    for _ in range(steps):
+        sites = cells(owners(sites, width, height, samples_per_pixel), sites, None, samples_per_pixel).centroids
+        sites = np.clip(sites, MARGIN, np.array([width, height]) - MARGIN)
+    return sites
+
+
+# Diffusion (2.3) -----------------------------------------------------------------------------------------------------------------
+
+
+def adjacency(n: int, edges: ArrayLike) -> list[list[int]]:
+    """List the neighbours of every node, ascending."""
+    rows: list[list[int]] = [[] for _ in range(n)]
+    for i, j in np.asarray(edges, dtype=np.int64).reshape(-1, 2).tolist():
+        rows[i].append(j)
+        rows[j].append(i)
+    return [sorted(row) for row in rows]
+
+
+def local_means(neighbours: list[list[int]], values: list[float], rings: int) -> list[float]:
+    """Average over each node and all nodes up to `rings` steps away."""
+    means = []
+    for node in range(len(values)):
+        seen, frontier = {node}, {node}
+        for _ in range(rings):
+            frontier = {k for j in frontier for k in neighbours[j]} - seen
+            seen |= frontier
+        means.append(math.fsum(values[j] for j in seen) / len(seen))
+    return means
+
+
+def diffuse(
+    sites: ArrayLike,
+    edges: ArrayLike,
+    values: ArrayLike,
+    *,
+    alpha: float | str = "dynamic",
+    k1: float = 1.0,
+    k2: float = 0.1,
+    base: float = 0.5,
+    detail_gain: float = 6.0,
+    rings: int = 1,
+) -> NDArray[np.uint8]:
+    """Diffuse errors by a heap whose stale entries are skipped when they surface."""
+    points = np.asarray(sites, dtype=np.float64).tolist()
+    start: list[float] = np.asarray(values, dtype=np.float32).astype(np.float64).tolist()
+    neighbours = adjacency(len(start), edges)
+    means = local_means(neighbours, start, rings)
+    current = list(start)
+    labels: list[int | None] = [None] * len(start)
+
+    def priority(i: int) -> float:
+        return -abs(current[i] - 0.5)
+
+    heap = [(priority(i), i) for i in range(len(start))]
+    heapq.heapify(heap)
+    while heap:
+        key, i = heapq.heappop(heap)
+        if labels[i] is not None or key != priority(i):
+            continue
+        label = labels[i] = int(current[i] >= 0.5)
+        error = current[i] - label
+        open_ones = [j for j in neighbours[i] if labels[j] is None]
+        if not open_ones:
+            continue
+        if isinstance(alpha, str):
+            same_side = label == int(start[i] >= 0.5)
+            share = base + detail_gain * abs(start[i] - means[i]) if same_side else 0.0
+        else:
+            share = alpha
+        exponents = [(k1 * abs(start[i] - start[j]) + k2 * math.dist(points[i], points[j])) ** 2 for j in open_ones]
+        least = min(exponents)
+        weights = [math.exp(least - e) for e in exponents]
+        total = math.fsum(weights)
+        for j, weight in zip(open_ones, weights, strict=True):
+            current[j] += weight / total * share * error
+            heapq.heappush(heap, (priority(j), j))
+    return np.array(labels, dtype=np.uint8)
+
+
+# Second graph (2.4) --------------------------------------------------------------------------------------------------------------
+
+
+def delaunay_edges(sites: ArrayLike, width: float, height: float) -> Integers:
+    """Find the pairs of sites that are Delaunay neighbours among all sites and their mirror images across the four sides.
+
+    Inside the canvas no image is nearer than its original, so these are the pairs whose cells share an edge inside the canvas.
+    """
+    sites = np.asarray(sites, dtype=np.float64)
+    images = [sites]
+    for axis, limit in ((0, 0.0), (0, width), (1, 0.0), (1, height)):
+        image = sites.copy()
+        image[:, axis] = 2 * limit - image[:, axis]
+        images.append(image)
+    triangles = scipy.spatial.Delaunay(np.concatenate(images)).simplices
+    edges = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    return np.unique(sorted_edges(edges[(edges < len(sites)).all(axis=1)]), axis=0)
+
+
+def shared_edge(sites: Floats, pair: tuple[int, int], width: float, height: float) -> float:
+    """Measure the edge inside the canvas that the Voronoi cells of two sites share: their bisector, cut by all other sites."""
+    first, second = sites[pair[0]], sites[pair[1]]
+    along = np.array([first[1] - second[1], second[0] - first[0]])
+    along /= np.linalg.norm(along)
+    middle = (first + second) / 2
+    others = np.delete(sites, pair, axis=0)
+    # The point middle + t * along is no nearer to another site, and inside the canvas, where offset + slope * t >= 0.
+    offset = ((others - middle) ** 2).sum(axis=1) - ((first - middle) ** 2).sum()
+    offset = np.concatenate([offset, middle, [width, height] - middle])
+    slope = np.concatenate([-2 * (others - first) @ along, along, -along])
+    if (offset[slope == 0] < 0).any():
+        return 0.0
+    rising, falling = slope > 0, slope < 0
+    low = (-offset[rising] / slope[rising]).max(initial=-np.inf)
+    high = (-offset[falling] / slope[falling]).min(initial=np.inf)
+    return max(float(high - low), 0.0)
+
+
+# Components (2.5) ----------------------------------------------------------------------------------------------------------------
+
+
+def components(edges: ArrayLike, labels: ArrayLike) -> Integers:
+    """Return the component of every node, numbered in the order of their lowest nodes."""
+    labels = np.asarray(labels)
+    i, j = np.asarray(edges, dtype=np.int64).reshape(-1, 2).T
+    like = labels[i] == labels[j]
+    ones = np.ones(like.sum(), np.int8)
+    matrix = scipy.sparse.coo_matrix((ones, (i[like], j[like])), shape=(len(labels), len(labels)))
+    _, found = scipy.sparse.csgraph.connected_components(matrix, directed=False)
+    _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[inverse]
+
+
+# Saliency and luma ---------------------------------------------------------------------------------------------------------------
+
+
+def saliency(luma: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Compute OpenCV's fine-grained saliency."""
+    import cv2
+
+    done, result = cv2.saliency.StaticSaliencyFineGrained_create().computeSaliency(np.ascontiguousarray(luma))
+    assert done
+    return result
+
+
+def luma(image: NDArray[np.generic]) -> Floats:
+    """Return Rec. 601 luma in [0, 1] of the encoded values."""
+    scale = np.iinfo(image.dtype).max if np.issubdtype(image.dtype, np.integer) else 1
+    values = image.astype(np.float64) / scale
+    return values if values.ndim == 2 else values[..., :3] @ np.array([0.299, 0.587, 0.114])
+
+
+# Drawing (2.5) -------------------------------------------------------------------------------------------------------------------
+
+
+def signed_area(ring: ArrayLike) -> float:
+    """Return the shoelace sum; positive when the ring turns from +x towards +y."""
+    x, y = np.asarray(ring, dtype=np.float64).T
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2)
+
+
+def dot(circle: tuple[float, float, float], width: float, height: float, sides: int = 720) -> shapely.Geometry:
+    """Return a stipple as a polygon of a true circle's area, cut off at the frame."""
+    x, y, radius = circle
+    angle = np.arange(sides) * 2 * math.pi / sides
+    r = radius * math.sqrt(2 * math.pi / (sides * math.sin(2 * math.pi / sides)))
+    polygon = shapely.Polygon(np.stack([x + r * np.cos(angle), y + r * np.sin(angle)], axis=1))
+    return polygon.intersection(shapely.box(0, 0, width, height))
+
+
+def box_average(raster: NDArray[np.generic], factor: int) -> Floats:
+    """Average over blocks of `factor` x `factor` pixels."""
+    rows, columns = raster.shape[0] // factor, raster.shape[1] // factor
+    return raster.reshape(rows, factor, columns, factor).astype(np.float64).mean(axis=(1, 3))

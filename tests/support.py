@@ -1,0 +1,47 @@
+"""Photos for the tests, where things are, and how hypothesis looks for examples."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import skimage.data
+from hypothesis import HealthCheck, settings
+from numpy.typing import NDArray
+
+# The same examples every time, so that a change of code is the only thing that can turn a test red;
+# GRAPHSTIPPLE_EXPLORE=1 looks for new ones.
+slow = [HealthCheck.too_slow]
+settings.register_profile("fixed", deadline=None, derandomize=True, max_examples=25, database=None, suppress_health_check=slow)
+settings.register_profile("explore", deadline=None, max_examples=300, suppress_health_check=slow)
+settings.load_profile("explore" if os.environ.get("GRAPHSTIPPLE_EXPLORE") else "fixed")
+
+ROOT = Path(__file__).resolve().parents[1]
+PHOTOS = ("astronaut", "camera", "chelsea", "coffee", "rocket")
+on_every_photo = pytest.mark.parametrize("name", PHOTOS)
+
+GOLDEN = ROOT / "tests" / "golden"
+"""Inputs and expected drawings that Python and Rust tests share."""
+
+GOLDEN_CASES: dict[str, dict[str, object]] = {
+    "camera": {"density": 1.0},
+    "coffee": {"nodes": 1500, "relax": 2, "lattice": "square"},
+}
+"""The options of every golden drawing, by the name of its files, which is also that of the photo."""
+
+
+def photo(name: str, width: int | None = None, height: int | None = None) -> NDArray[np.uint8]:
+    """Return one of scikit-image's public-domain photos, whole, or a crop from its middle."""
+    image = np.asarray(getattr(skimage.data, name)())
+    if width is None or height is None:
+        return image
+    top, left = (image.shape[0] - height) // 2, (image.shape[1] - width) // 2
+    return np.ascontiguousarray(image[top : top + height, left : left + width])
+
+
+def photo_luma(name: str, width: int | None = None, height: int | None = None) -> NDArray[np.float32]:
+    """Return the same as a field."""
+    image = photo(name, width, height).astype(np.float64) / 255
+    return (image if image.ndim == 2 else image @ np.array([0.299, 0.587, 0.114])).astype(np.float32)

@@ -1,0 +1,354 @@
+"""Every stage against its oracle, on random input and on crops of real photos."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests import oracles
+from tests.support import on_every_photo, photo, photo_luma
+
+import graphstipple as gs
+from graphstipple import stages
+
+SEEDS = st.integers(0, 2**32 - 1)
+KINDS = ("hexagonal", "square")
+
+
+def scattered(seed: int, n: int, width: float, height: float, how: str) -> np.ndarray:
+    """`n` different sites inside the canvas: evenly, in clumps, or nearly all in one corner."""
+    random = np.random.default_rng(seed)
+    even = random.random((n, 2)) * [width, height]
+    if how == "clumps":
+        centres = random.random((3, 2)) * [width, height]
+        even = centres[random.integers(0, 3, n)] + random.normal(0, 0.04 * min(width, height), (n, 2))
+    if how == "corner":
+        even[1:] *= 0.05
+    return np.clip(even, [1e-3, 1e-3], [width - 1e-3, height - 1e-3]) + random.random((n, 2)) * 1e-4
+
+
+HOWS = st.sampled_from(["evenly", "clumps", "corner"])
+
+
+# Lattice -------------------------------------------------------------------------------------------------------------------------
+
+
+@given(
+    width=st.integers(3, 60),
+    height=st.integers(3, 60),
+    density=st.floats(0.2, 4.0),
+    kind=st.sampled_from(KINDS),
+)
+def test_lattice(width, height, density, kind):
+    found, (sites, edges) = stages.lattice(width, height, density, kind), oracles.lattice(width, height, density, kind)
+    np.testing.assert_allclose(found.sites, sites, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(oracles.sorted_edges(found.edges), edges)
+    assert found.sites.dtype == np.float64
+    assert found.edges.dtype == np.uint32
+    assert (found.edges[:, 0] < found.edges[:, 1]).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("size", [(1, 1), (1, 300), (300, 1), (2, 2)])
+@pytest.mark.parametrize("density", [0.01, 1.0])
+def test_a_lattice_on_an_extreme_canvas_has_a_node_and_lies_inside(kind, size, density):
+    sites = stages.lattice(*size, density, kind).sites
+    assert len(sites) >= 1
+    assert (sites >= 0).all()
+    assert (sites <= size).all()
+
+
+# Owners and cells ----------------------------------------------------------------------------------------------------------------
+
+
+@given(seed=SEEDS, n=st.integers(1, 200), width=st.integers(1, 40), height=st.integers(1, 40), how=HOWS, s=st.integers(1, 4))
+def test_owners(seed, n, width, height, how, s):  # noqa: PLR0917
+    sites = scattered(seed, n, width, height, how)
+    found = stages.owners(sites, width, height, s)
+    assert found.shape == (height * s, width * s)
+    assert found.dtype == np.uint32
+    np.testing.assert_array_equal(found, oracles.owners(sites, width, height, s))
+
+
+@given(seed=SEEDS, n=st.integers(1, 60), s=st.sampled_from([1, 2, 4]))
+def test_owners_give_ties_to_the_lowest_index(seed, n, s):
+    # Halves of pixels, each at most once: every distance is exact and many are equal.
+    halves = np.random.default_rng(seed).choice(23 * 17, n, replace=False)
+    sites = np.stack([halves % 23 + 1, halves // 23 + 1], axis=1) / 2.0
+    np.testing.assert_array_equal(stages.owners(sites, 12, 9, s), oracles.owners(sites, 12, 9, s))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("density", [0.05, 0.3, 1.0, 2.5])
+def test_owners_on_a_lattice_are_nearest(kind, density):
+    # Here many samples lie on the bisectors up to rounding, so distances are compared and not indices.
+    width, height, s = 50, 31, 2
+    sites = stages.lattice(width, height, density, kind).sites
+    found, expected = stages.owners(sites, width, height, s), oracles.owners(sites, width, height, s)
+    distances = [oracles.squared_distances(sites, width, height, owner, s) for owner in (found, expected)]
+    np.testing.assert_allclose(*distances, rtol=0, atol=1e-9)
+
+
+@given(seed=SEEDS, n=st.integers(1, 300), how=HOWS, s=st.integers(1, 3))
+def test_cells(seed, n, how, s):
+    width, height = 23, 17
+    sites, field = scattered(seed, n, width, height, how), np.random.default_rng(seed).random((height, width), np.float32)
+    found = stages.cells(sites, width, height, field, s)
+    expected = oracles.cells(oracles.owners(sites, width, height, s), sites, field, s)
+    np.testing.assert_array_equal(found.counts, expected.counts)
+    np.testing.assert_allclose(found.areas, expected.areas, rtol=1e-6)
+    np.testing.assert_allclose(found.centroids, expected.centroids, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found.means, expected.means, rtol=0, atol=1e-6)
+    assert found.counts.sum() == width * height * s**2
+
+
+@given(seed=SEEDS, n=st.integers(1, 150), how=HOWS, steps=st.integers(0, 3))
+def test_relax(seed, n, how, steps):
+    sites = scattered(seed, n, 31, 22, how)
+    np.testing.assert_allclose(stages.relax(sites, 31, 22, steps), oracles.relax(sites, 31, 22, steps), rtol=0, atol=1e-6)
+
+
+# Diffusion -----------------------------------------------------------------------------------------------------------------------
+
+
+@given(
+    seed=SEEDS,
+    kind=st.sampled_from([*KINDS, "delaunay"]),
+    density=st.floats(0.1, 3.0),
+    alpha=st.one_of(st.just("dynamic"), st.floats(0.0, 1.0)),
+    k1=st.floats(0.0, 20.0),
+    k2=st.floats(0.0, 3.0),
+    base=st.floats(0.0, 1.0),
+    detail_gain=st.floats(0.0, 12.0),
+    rings=st.integers(1, 3),
+)
+def test_diffuse_on_noise(seed, kind, density, alpha, k1, k2, base, detail_gain, rings):  # noqa: PLR0917
+    if kind == "delaunay":
+        sites = scattered(seed, int(30 + 300 * density), 40, 25, "evenly")
+        edges = oracles.delaunay_edges(sites, 40, 25)
+    else:
+        sites, edges = oracles.lattice(30, 20, density, kind)
+    random = np.random.default_rng(seed)
+    # Tone that leans to one side and reaches both ends, as saturated photos do; noise keeps near ties away.
+    values = np.clip(random.random(len(sites)) ** random.uniform(0.3, 3), 0, 1).astype(np.float32)
+    options = {"alpha": alpha, "k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, **options)
+    assert found.dtype == np.uint8
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
+
+
+@on_every_photo
+@pytest.mark.parametrize("alpha", ["dynamic", 1.0])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("density", [0.3, 1.7])
+def test_diffuse_on_photos(name, alpha, kind, density):
+    width, height = 64, 48
+    sites, edges = oracles.lattice(width, height, density, kind)
+    values = stages.cells(sites, width, height, photo_luma(name, width, height)).means
+    # Equal values side by side tie up to rounding, and a tie broken the other way changes all that follows: a thousandth of
+    # noise takes the ties away.
+    values = (0.999 * values + 0.001 * np.random.default_rng(0).random(len(values))).astype(np.float32)
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, alpha=alpha)
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=alpha))
+
+
+@given(n=st.integers(1, 80), eighths=st.integers(0, 8), alpha=st.sampled_from([0.0, 0.5, 1.0]))
+def test_diffuse_breaks_exact_ties_by_index(n, eighths, alpha):
+    # On a path each node has one or two neighbours at distance 1, and all numbers stay short binary fractions: ties are exact.
+    sites = np.stack([np.arange(n) + 0.5, np.full(n, 0.5)], axis=1)
+    edges = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1).astype(np.uint32)
+    values = np.full(n, eighths / 8, np.float32)
+    found = stages.diffuse(sites, edges, values, alpha=alpha)
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=alpha))
+
+
+def test_diffuse_between_nodes_hundreds_of_pixels_apart():
+    sites = scattered(5, 60, 30_000, 20_000, "evenly")
+    edges, values = oracles.delaunay_edges(sites, 30_000, 20_000), np.random.default_rng(5).random(60, np.float32)
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, alpha=1.0)
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=1.0))
+
+
+def test_diffuse_without_edges_is_a_threshold():
+    values = np.array([0.0, 0.49, 0.5, 1.0], np.float32)
+    found = stages.diffuse(scattered(0, 4, 9, 9, "evenly"), np.zeros((0, 2), np.uint32), values)
+    np.testing.assert_array_equal(found, [0, 0, 1, 1])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("density", [0.5, 1.5])
+def test_lattice_labels(kind, density):
+    importance = np.random.default_rng(2).random((30, 40), np.float32) ** 2
+    sites, labels, factor = stages.lattice_labels(importance, gs.Options(lattice=kind, density=density))
+    assert factor == 1
+    expected, edges = oracles.lattice(40, 30, density, kind)
+    np.testing.assert_allclose(sites, expected, rtol=0, atol=1e-9)
+    for samples_per_pixel in (1, 2, 3, 4, 6, 8):
+        # How fine the samples are is the pipeline's choice, but some whole number a pixel must explain the labels.
+        means = stages.cells(sites, 40, 30, importance, samples_per_pixel).means
+        if np.array_equal(oracles.diffuse(sites, edges, means), labels):
+            return
+    pytest.fail("no sample grid gives these labels")
+
+
+# Triangulation -------------------------------------------------------------------------------------------------------------------
+
+
+@given(seed=SEEDS, n=st.integers(3, 300), width=st.integers(2, 80), height=st.integers(2, 80), how=HOWS)
+def test_triangulate(seed, n, width, height, how):
+    sites = scattered(seed, n, width, height, how)
+    found = stages.triangulate(sites, width, height)
+    assert found.dtype == np.uint32
+    assert (found[:, 0] < found[:, 1]).all()
+    np.testing.assert_array_equal(oracles.sorted_edges(found), oracles.delaunay_edges(sites, width, height))
+
+
+@on_every_photo
+def test_triangulate_relaxed_sites_of_a_photo(name):
+    width, height = 120, 90
+    sites, labels, _ = stages.lattice_labels(np.sqrt(photo_luma(name, width, height)) * 0.5, gs.Options(density=1.0))
+    sites = stages.relax(sites[labels == 1], width, height, 2, 3)
+    # Centroids of samples often lie on one circle exactly; a shift far below a sample leaves one right answer.
+    sites = sites + np.random.default_rng(0).uniform(-1e-4, 1e-4, sites.shape)
+    found = oracles.sorted_edges(stages.triangulate(sites, width, height))
+    np.testing.assert_array_equal(found, oracles.delaunay_edges(sites, width, height))
+
+
+def check_edges_up_to_ties(found: np.ndarray, sites: np.ndarray, width: int, height: int) -> None:
+    """Check for the oracle's edges, but for pairs of cells that meet in a corner, where four sites or more lie on one circle."""
+    edges, expected = (
+        {tuple(edge) for edge in oracles.sorted_edges(e).tolist()} for e in (found, oracles.delaunay_edges(sites, width, height))
+    )
+    for pair in edges ^ expected:
+        assert oracles.shared_edge(sites, pair, width, height) < 1e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_triangulate_a_lattice_finds_its_edges(kind):
+    sites, edges = oracles.lattice(20, 14, 1.0, kind)
+    found = stages.triangulate(sites, 20, 14)
+    assert {tuple(edge) for edge in edges.tolist()} <= {tuple(edge) for edge in oracles.sorted_edges(found).tolist()}
+    check_edges_up_to_ties(found, sites, 20, 14)
+
+
+@pytest.mark.parametrize(
+    ("sites", "expected"),
+    [
+        ([[3, 4]], []),
+        ([[3, 4], [8, 2]], [[0, 1]]),
+        ([[1, 2], [5, 2], [3, 2], [9, 2]], [[0, 2], [1, 2], [1, 3]]),
+        ([[1, 1], [2, 2], [3, 3], [7, 7]], [[0, 1], [1, 2], [2, 3]]),
+        ([[5, 1], [5, 6]], [[0, 1]]),
+    ],
+    ids=["one", "two", "a row", "a diagonal", "a column"],
+)
+def test_triangulate_few_or_collinear_sites(sites, expected):
+    found = oracles.sorted_edges(stages.triangulate(np.array(sites, np.float64), 10, 8))
+    np.testing.assert_array_equal(found, np.array(expected).reshape(-1, 2))
+
+
+def test_many_collinear_sites_are_quick():
+    # spade alone is quadratic on collinear input; 5 s are some hundred times what is needed.
+    n, start = 20_000, time.perf_counter()
+    sites = np.stack([np.arange(n) + 0.5, np.full(n, 0.5)], axis=1)
+    assert len(stages.triangulate(sites, n, 1)) == n - 1
+    assert time.perf_counter() - start < 5
+
+
+# Components ----------------------------------------------------------------------------------------------------------------------
+
+
+@given(seed=SEEDS, n=st.integers(1, 400), share=st.floats(0.0, 1.0))
+def test_components(seed, n, share):
+    sites, random = scattered(seed, max(n, 3), 50, 40, "evenly"), np.random.default_rng(seed)
+    edges, labels = oracles.delaunay_edges(sites, 50, 40), (random.random(len(sites)) < share).astype(np.uint8)
+    found = stages.components(edges.astype(np.uint32), labels)
+    assert found.dtype == np.uint32
+    np.testing.assert_array_equal(found, oracles.components(edges, labels))
+
+
+def test_components_of_isolated_nodes():
+    np.testing.assert_array_equal(stages.components(np.zeros((0, 2), np.uint32), np.zeros(3, np.uint8)), [0, 1, 2])
+
+
+# Saliency ------------------------------------------------------------------------------------------------------------------------
+
+
+def check_saliency(found: np.ndarray, gray: np.ndarray) -> None:
+    assert found.dtype == np.float32
+    np.testing.assert_array_equal(found, oracles.saliency(gray))
+
+
+@on_every_photo
+def test_saliency_is_opencvs(name):
+    gray = np.rint(photo_luma(name) * 255).astype(np.uint8)
+    check_saliency(gs._core.saliency(gray.astype(np.float32) / 255), gray)
+    check_saliency(gs.saliency(gray), gray)
+
+
+@given(seed=SEEDS, width=st.integers(1, 90), height=st.integers(1, 90), flat=st.booleans())
+def test_saliency_of_noise_and_of_small_images(seed, width, height, flat):
+    random = np.random.default_rng(seed)
+    gray = np.full((height, width), random.integers(256)) if flat else random.integers(0, 256, (height, width))
+    gray = gray.astype(np.uint8)
+    check_saliency(gs._core.saliency(gray.astype(np.float32) / 255), gray)
+
+
+# Bad arguments -------------------------------------------------------------------------------------------------------------------
+
+GOOD = np.array([[1.0, 1.0], [5.0, 2.0], [3.0, 6.0]])
+NO_EDGES = np.zeros((0, 2), np.uint32)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: stages.triangulate(np.concatenate([GOOD, GOOD[1:2]]), 8, 8),
+        lambda: stages.triangulate([[1.0, 1.0], [np.nan, 2.0], [3.0, 6.0]], 8, 8),
+        lambda: stages.triangulate(np.zeros((3, 3)), 8, 8),
+        lambda: stages.owners(GOOD, 0, 8),
+        lambda: stages.owners(np.zeros((0, 2)), 8, 8),
+        lambda: stages.owners([[np.inf, 0.0]], 8, 8),
+        lambda: stages.cells(GOOD, 8, 8, np.zeros((7, 8), np.float32)),
+        lambda: stages.cells(GOOD, 8, 8, np.full((8, 8), np.nan, np.float32)),
+        lambda: stages.diffuse(GOOD, [[0, 3]], [0.1, 0.2, 0.3]),
+        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2]),
+        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, np.nan, 0.2]),
+        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], alpha="dynamical"),
+        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], k1=-1),
+        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], rings=0),
+        lambda: stages.components([[0, 9]], np.zeros(3, np.uint8)),
+        lambda: stages.lattice(10, 10, np.nan),
+        lambda: stages.lattice(10, 10, 0.0),
+        lambda: stages.lattice(0, 10),
+        lambda: stages.lattice(10, 10, 1.0, "triangular"),
+        lambda: stages.relax(GOOD, 8, 8, -1),
+    ],
+    ids=range(20),
+)
+def test_bad_arguments_raise_one_clear_sentence(call):
+    with pytest.raises(gs.GraphStippleError) as caught:
+        call()
+    message = str(caught.value)
+    assert len(message) > 10
+    assert "\n" not in message
+    assert "panicked" not in message
+
+
+# The pipeline's own data ---------------------------------------------------------------------------------------------------------
+
+
+@on_every_photo
+@pytest.mark.parametrize("options", [{"density": 1.0}, {"density": 0.4, "relax": 3}, {"nodes_per_pixel": 0.3, "lattice": "square"}])
+def test_a_drawing_is_what_the_stages_say(name, options):
+    width, height = 80, 60
+    drawing = gs.draw(photo(name, width, height), options=gs.Options(**options))
+    graph = drawing.graph
+    np.testing.assert_array_equal(oracles.components(graph.edges, graph.labels), graph.components)
+    check_edges_up_to_ties(graph.edges, graph.sites, width, height)
+    # Equal tones tie up to rounding, so the diffusion is compared with the Rust stage here and with the oracle above.
+    np.testing.assert_array_equal(stages.diffuse(graph.sites, graph.edges, graph.tone), graph.labels)
+    np.testing.assert_array_equal(drawing.importance, gs.saliency(photo(name, width, height)))
