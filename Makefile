@@ -57,8 +57,9 @@ format: $(ENVIRONMENT)
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
-bench: $(PACKAGE)
-	cargo bench --manifest-path benches/Cargo.toml --locked
+bench:
+	cargo bench --package graphstipple-bench --locked --bench stages
+	cargo bench --package graphstipple-bench --locked --bench scale
 
 clean:
 	rm -rf $(VENV) target out dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,19 @@
+#![doc = include_str!("../README.md")]
+
+mod photo;
+
+pub use photo::{Photo, photo};
+
+use graphstipple_core::Options;
+
+/// The options that are measured: as many lattice nodes as pixels, of which 0.3 a pixel are kept.
+pub fn options() -> Options {
+    Options { density: Some(1.0), nodes_per_pixel: Some(0.3), ..Options::default() }
+}
+
+/// Whether this is no measurement but a look at whether the benchmarks still run: cargo says `--bench` when it measures, and
+/// nothing under `cargo test`. The same rule is criterion's.
+pub fn is_smoke_run() -> bool {
+    let given = |wanted: &str| std::env::args().any(|argument| argument == wanted);
+    given("--test") || !given("--bench")
+}
