@@ -2,17 +2,14 @@
 //! number of nodes is kept.
 //!
 //! The factor is applied to the lattice nodes' values. The number of nodes kept is close to the sum of the values after clipping,
-//! less a part that varies slowly. So the search goes by that sum, which costs nothing to know, and first tries its luck on a few
-//! bands of a large lattice: one or two diffusions of the whole are then enough where plain bisection needs eight.
+//! less a part that varies slowly. So the search goes by that sum, which costs nothing to know. It begins with two diffusions
+//! side by side, at the sums between which the budget lies on most photos; one or two more are enough where plain bisection
+//! needs eight.
 //!
 //! # Where no factor will do
 //! The dynamic rule keeps flat fields at a few fixed densities only (1/4, 1/2, 3/4 and all on the hexagonal lattice, since
 //! nothing but the order of ties tells nodes apart), and no factor lifts an importance of 0. When the search closes in on such a jump, the
 //! importance is diffused with alpha = 1, which keeps the wanted share of any field, after a small constant is added to it and it is varied a little.
-
-use std::ops::Range;
-
-use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::diffusion::{Diffusion, diffuse};
@@ -84,96 +81,70 @@ struct Found {
 
 fn search(lattice: &Lattice, values: &[f32], nodes: f64, parameters: &Diffusion, control: &Control) -> Result<Found> {
     let sums = ClippedSum::new(values);
-    let mut guess = first_guess(lattice, values, &sums, nodes, parameters, control)?;
+    let all = values.len() as f64;
+    let attempt = |guess: f64| -> Result<Attempt> {
+        let factor = sums.factor(guess);
+        let scaled: Vec<f32> = values.iter().map(|v| (f64::from(*v) * factor).min(1.0) as f32).collect();
+        let labels = diffuse(lattice, &scaled, parameters, control)?;
+        let kept = labels.iter().filter(|label| **label == 1).count() as f64;
+        Ok(Attempt { sum: sums.at(factor), kept, found: Found { labels, factor, miss: (kept - nodes).abs() } })
+    };
+    let lost = if parameters.alpha == Alpha::Dynamic { LOST } else { LOST_AT_ALPHA_1 };
+    let guesses = lost.map(|share| (nodes + share * all).min(all));
+    let (first, second) = rayon::join(|| attempt(guesses[0]), || attempt(guesses[1]));
+    let mut attempts = vec![first?, second?];
+
     // Sums between which the budget lies, with the nodes kept there.
     let mut below = (0.0, 0.0);
-    let mut above = (values.len() as f64, f64::INFINITY);
+    let mut above = (all, f64::INFINITY);
     let mut best: Option<Found> = None;
     for _ in 0..MAX_DIFFUSIONS {
-        let factor = sums.factor(guess.min(above.0));
-        let labels = diffuse_scaled(lattice, values, factor, parameters, control)?;
-        let kept = count_kept(&labels);
-        let miss = (kept - nodes).abs();
-        if best.as_ref().is_none_or(|b| miss < b.miss) {
-            best = Some(Found { labels, factor, miss });
+        for Attempt { sum, kept, found } in attempts.drain(..) {
+            if kept < nodes && sum >= below.0 {
+                below = (sum, kept);
+            } else if kept >= nodes && sum <= above.0 {
+                above = (sum, kept);
+            }
+            if best.as_ref().is_none_or(|b| found.miss < b.miss) {
+                best = Some(found);
+            }
         }
-        if miss <= allowed_miss(nodes) {
-            break;
-        }
-        let sum = sums.at(factor);
-        if kept < nodes {
-            below = (sum, kept);
-        } else {
-            above = (sum, kept);
-        }
-        if above.0 - below.0 <= 1e-4 * above.0 {
+        let met = best.as_ref().is_some_and(|b| b.miss <= allowed_miss(nodes));
+        if met || above.0 - below.0 <= 1e-4 * above.0 {
             break;
         }
         // With both ends known, where the straight line between them meets the budget, but not too close to either end; with
         // one, what was missing, and a little more so that the other end comes into sight.
-        guess = if above.1.is_infinite() {
-            (sum + OVERSHOOT * (nodes - kept)).min(above.0)
+        let guess = if above.1.is_infinite() {
+            below.0 + OVERSHOOT * (nodes - below.1)
         } else if below.0 == 0.0 {
-            sum - OVERSHOOT * (kept - nodes)
+            above.0 - OVERSHOOT * (above.1 - nodes)
         } else {
             let fraction = (nodes - below.1) / (above.1 - below.1);
             below.0 + fraction.clamp(0.1, 0.9) * (above.0 - below.0)
         };
-        guess = guess.max(below.0 + 0.1 * (above.0 - below.0).min(guess.abs()));
+        let span = above.0 - below.0;
+        attempts.push(attempt(guess.clamp(below.0 + 0.02 * span, above.0))?);
     }
     best.ok_or_else(|| Error::Internal("the node budget was not searched for".into()))
+}
+
+/// A diffusion of the search.
+struct Attempt {
+    /// The clipped sum.
+    sum: f64,
+    kept: f64,
+    found: Found,
 }
 
 /// How much further than what is missing a guess goes.
 const OVERSHOOT: f64 = 1.2;
 
-/// Share of all nodes by which a dynamic diffusion keeps fewer than the sum, on photos.
-const LOST: f64 = 0.03;
+/// Shares of all nodes by which a dynamic diffusion keeps fewer than the sum: low and high on photos, at 0.3 nodes a pixel.
+const LOST: [f64; 2] = [0.022, 0.034];
 
-/// One node in so many stands for the whole lattice when a search begins, if the lattice is large.
-const THINNING: usize = 8;
-
-/// The clipped sum at which about `nodes` nodes are kept, judged by a few bands of the lattice.
-fn first_guess(
-    lattice: &Lattice,
-    values: &[f32],
-    sums: &ClippedSum,
-    nodes: f64,
-    parameters: &Diffusion,
-    control: &Control,
-) -> Result<f64> {
-    let lost = if parameters.alpha == Alpha::Dynamic { LOST } else { 0.0 };
-    let mut guess = nodes + lost * values.len() as f64;
-    let Some(bands) = lattice.bands(THINNING) else {
-        return Ok(guess);
-    };
-    for _ in 0..4 {
-        let factor = sums.factor(guess);
-        let kept_and_sum = |(band, range): &(Lattice, Range<usize>)| {
-            let values = &values[range.clone()];
-            let sum: f64 = values.iter().map(|v| (f64::from(*v) * factor).min(1.0)).sum();
-            Ok((count_kept(&diffuse_scaled(band, values, factor, parameters, control)?), sum))
-        };
-        let parts: Vec<(f64, f64)> = bands.par_iter().map(kept_and_sum).collect::<Result<_>>()?;
-        let (kept, sum) = parts.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-        // The bands are as empty or crowded as chance has it; what they keep of their own sum says more.
-        let expected = kept / f64::max(sum, 1.0) * sums.at(factor);
-        if (expected - nodes).abs() <= 0.25 * TOLERANCE * nodes {
-            break;
-        }
-        guess = (guess + OVERSHOOT * (nodes - expected)).clamp(0.1 * guess, values.len() as f64);
-    }
-    Ok(guess)
-}
-
-fn diffuse_scaled(lattice: &Lattice, values: &[f32], factor: f64, parameters: &Diffusion, control: &Control) -> Result<Vec<u8>> {
-    let scaled: Vec<f32> = values.iter().map(|v| (f64::from(*v) * factor).min(1.0) as f32).collect();
-    diffuse(lattice, &scaled, parameters, control)
-}
-
-fn count_kept(labels: &[u8]) -> f64 {
-    labels.iter().filter(|label| **label == 1).count() as f64
-}
+/// The same at alpha = 1, which loses next to nothing.
+const LOST_AT_ALPHA_1: [f64; 2] = [0.0, 0.01];
 
 /// The sum of `min(1, factor * value)` over all nodes, and the factor that makes it a given sum. It only guides the search, so on
 /// large lattices every so many-th node stands for those behind it.

@@ -172,8 +172,8 @@ impl Rings {
 }
 
 /// Buckets over priorities [0, 0.5), and as many again for values that errors pushed out of [0, 1]. More buckets make shorter
-/// lists to sort; past some thousands they only cost memory.
-const BUCKETS_A_HALF: f64 = 4096.0;
+/// lists to sort; past a few thousand their ends no longer fit the cache.
+const BUCKETS_A_HALF: f64 = 1024.0;
 
 /// A node with the bits of its priority when it was entered; the largest comes first, ties by index.
 type Entry = (u64, Reverse<u32>);

@@ -137,19 +137,6 @@ impl Lattice {
         if within < self.columns[0] { (rows, within) } else { (rows + 1, within - self.columns[0]) }
     }
 
-    /// Every so many-th band of rows as a lattice of its own, with the numbers of its nodes in this one: all bands together hold
-    /// about one node in `thinning`. `None` where that would leave too few rows to stand for the whole.
-    pub(crate) fn bands(&self, thinning: usize) -> Option<Vec<(Self, std::ops::Range<usize>)>> {
-        /// Rows of a band: even, so that shifted rows stay shifted, and enough to make little of the band's border.
-        const ROWS: usize = 16;
-        if self.rows < 4 * thinning * ROWS {
-            return None;
-        }
-        let starts = (0..self.rows - ROWS).step_by(thinning * ROWS);
-        let band = |first: usize| (Self { rows: ROWS, ..self.clone() }, self.row_start(first)..self.row_start(first + ROWS));
-        Some(starts.map(band).collect())
-    }
-
     /// The two rows between which y lies (the nearest node is in one of them), each with its squared distance from y.
     pub(crate) fn rows_around(&self, y: f64) -> [LatticeRow; 2] {
         let above = ((y - self.first_y) / self.pitch).clamp(0.0, self.rows.saturating_sub(2) as f64) as usize;

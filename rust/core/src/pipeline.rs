@@ -79,6 +79,26 @@ impl Stages<'_> {
         self.stats.seconds.insert(STAGES[stage].0.to_owned(), began.elapsed().as_secs_f64());
         Ok(result)
     }
+
+    /// Two stages that do not need each other, on two threads if there are two. Their seconds overlap.
+    fn run_both<A: Send, B: Send>(
+        &mut self,
+        first: usize,
+        second: usize,
+        first_work: impl FnOnce() -> Result<A> + Send,
+        second_work: impl FnOnce() -> Result<B> + Send,
+    ) -> Result<(A, B)> {
+        self.control.begin(first)?;
+        let timed = |stage: usize, began: Instant| (STAGES[stage].0.to_owned(), began.elapsed().as_secs_f64());
+        let began = Instant::now();
+        let (a, b) = rayon::join(
+            || first_work().map(|result| (result, timed(first, began))),
+            || second_work().map(|result| (result, timed(second, began))),
+        );
+        let ((a, first_time), (b, second_time)) = (a?, b?);
+        self.stats.seconds.extend([first_time, second_time]);
+        Ok((a, b))
+    }
 }
 
 fn run(luma: &Field, importance: &Importance, options: &Options, control: &Control) -> Result<Outcome> {
@@ -98,11 +118,17 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
         let sites = kept_sites(&first, width as f64, height as f64);
         relax(sites, width, height, options.relax, samples, control)
     })?;
-    let triangulation = stages.run(3, || triangulate(sites, width, height, control))?;
-    let cells = stages.run(4, || {
-        let tone = tone::adjust(luma, options.gamma, options.contrast, options.invert);
-        cells(&triangulation.graph.sites, width, height, samples, Some(&tone), control)
-    })?;
+    // The triangulation runs on one thread; beside it another finds the cells, which need the sites alone.
+    let (triangulation, cells) = stages.run_both(
+        3,
+        4,
+        || triangulate(sites.clone(), width, height, control),
+        || {
+            let tone = tone::adjust(luma, options.gamma, options.contrast, options.invert);
+            cells(&sites, width, height, samples, Some(&tone), control)
+        },
+    )?;
+    drop(sites);
     let labels = stages.run(5, || diffuse(&triangulation.graph, &cells.means, &Diffusion::of_tone(options), control))?;
     let (components, outlines) = stages.run(6, || {
         let components = components(&triangulation.graph, &labels);

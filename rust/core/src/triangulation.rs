@@ -192,8 +192,7 @@ struct Guard {
 
 /// The mirror images of the sites whose cells touch a side, side by side.
 fn guards(sites: &[[f64; 2]], width: f64, height: f64) -> Vec<Guard> {
-    let mut guards = Vec::new();
-    for side in Side::ALL {
+    let of_side = |side: Side| {
         // Along the side, and away from it.
         let flat = |s: [f64; 2]| match side {
             Side::Top => [s[0], s[1]],
@@ -202,7 +201,7 @@ fn guards(sites: &[[f64; 2]], width: f64, height: f64) -> Vec<Guard> {
             Side::Right => [s[1], width - s[0]],
         };
         let length = if matches!(side, Side::Top | Side::Bottom) { width } else { height };
-        for i in touching(sites.iter().map(|s| flat(*s)), sites.len(), length) {
+        let mirrored = |i: usize| {
             let [x, y] = sites[i];
             let position = match side {
                 Side::Top => [x, -y],
@@ -210,10 +209,11 @@ fn guards(sites: &[[f64; 2]], width: f64, height: f64) -> Vec<Guard> {
                 Side::Left => [-x, y],
                 Side::Right => [2.0 * width - x, y],
             };
-            guards.push(Guard { position, side });
-        }
-    }
-    guards
+            Guard { position, side }
+        };
+        touching(sites.iter().map(|s| flat(*s)), sites.len(), length).into_iter().map(mirrored).collect::<Vec<_>>()
+    };
+    Side::ALL.into_par_iter().flat_map_iter(of_side).collect()
 }
 
 /// Which points (t along a line, d away from it) own a piece of the line from 0 to `length`: the lower envelope of the parabolas
