@@ -1,4 +1,4 @@
-"""Slow, readable NumPy/SciPy twins of the stages (DESIGN 2), to test the Rust code against.
+"""Slow, readable NumPy/SciPy twins of the stages (the method), to test the Rust code against.
 
 Nothing here is shared with the package: each function follows the text of the design, not the code. Points are `(n, 2)` arrays of
 x, y in pixels; rasters are row-major; the pixel in column c and row r covers [c, c+1) x [r, r+1).

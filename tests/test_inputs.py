@@ -237,5 +237,7 @@ def test_wrong_importances_are_refused(small: np.ndarray, importance: Any, messa
 
 
 def test_missing_importance_files_are_named(small: np.ndarray) -> None:
-    with pytest.raises(FileNotFoundError, match="salience"):
+    with pytest.raises(FileNotFoundError, match=r"missing\.png"):
+        gs.draw(small, importance="missing.png")
+    with pytest.raises(gs.InvalidInputError, match="importance is salience, but it must be saliency, none"):
         gs.draw(small, importance="salience")

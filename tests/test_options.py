@@ -13,7 +13,6 @@ from graphstipple import _core
 
 def known_to_rust(options: gs.Options) -> dict[str, Any]:
     values = dataclasses.asdict(options)
-    del values["background"]  # belongs to the input
     del values["threads"]  # not part of the metadata
     return values
 
@@ -45,18 +44,18 @@ def test_numpy_scalars_are_numbers() -> None:
     ("changes", "message"),
     [
         ({"density": 0}, "density is 0, but it must be above 0 and at most 16"),
-        ({"density": "fine"}, 'density is "fine", but .*expected a number'),
+        ({"density": "fine"}, 'density is "fine", but it must be a number'),
         ({"density": float("nan")}, "density is nan"),
         ({"density": np.float32("inf")}, "density is inf"),
         ({"nodes": 2}, "nodes is 2, but it must be between 3"),
         ({"nodes": 100, "nodes_per_pixel": 0.1}, "nodes_per_pixel is 0.1, but it must be left out"),
         ({"relax": -1}, "relax is -1"),
-        ({"relax": 1.5}, "relax is 1.5, but .*expected a whole number"),
+        ({"relax": 1.5}, "relax is 1.5, but it must be a whole number"),
         ({"rings": 0}, "rings is 0, but it must be between 1 and 16"),
         ({"alpha": 1.5}, "alpha is 1.5"),
         ({"alpha": "static"}, 'alpha is "static", but it must be "dynamic" or a number'),
         ({"importance_alpha": -0.1}, "importance_alpha is -0.1"),
-        ({"lattice": "triangular"}, "expected `hexagonal` or `square`"),
+        ({"lattice": "triangular"}, "must be `hexagonal` or `square`"),
         ({"stipple_scale": 5}, "stipple_scale is 5"),
         ({"gamma": 0}, "gamma is 0"),
         ({"contrast": 11}, "contrast is 11"),

@@ -89,7 +89,6 @@ class Options:
                 object.__setattr__(self, field.name, value.item())
             if isinstance(value, (float, np.floating)) and not math.isfinite(value):
                 raise InvalidInputError(f"{field.name} is {value}, but it must be a finite number")
-        _core.background(self.background)
         # What Rust makes of the values is stored, so that density=1 and density=1.0 are equal options.
         for name, value in json.loads(_core.validated_options(self._json())).items():
             object.__setattr__(self, name, value)
@@ -124,10 +123,8 @@ class Options:
         return dataclasses.replace(self, **changes)
 
     def _json(self) -> str:
-        """Return the options that the core knows, as JSON: the background belongs to the input."""
-        values = dataclasses.asdict(self)
-        del values["background"]
+        """Return the options as JSON, the form in which the core takes them."""
         try:
-            return json.dumps(values, allow_nan=False)
+            return json.dumps(dataclasses.asdict(self), allow_nan=False)
         except TypeError as error:
             raise InvalidInputError(f"an option has a type that no option has: {error}") from None

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use graphstipple_core::importance::Source;
-use graphstipple_core::{Alpha, LatticeKind, Options, field};
+use graphstipple_core::{Alpha, LatticeKind, Options, field, tone};
 
 use crate::error::{Error, Result};
 use crate::files::{Format, is_same_file};
@@ -119,16 +119,9 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = "Tone")]
     invert: bool,
 
-    /// What shows through transparent parts of the photo: white, black or RRGGBB in hexadecimal digits; default white
-    #[arg(
-        long,
-        value_name = "COLOR",
-        value_parser = parse_color,
-        default_value = "white",
-        hide_default_value = true,
-        help_heading = "Tone"
-    )]
-    background: Color,
+    /// What shows through transparent parts of the photo: white, black, #rrggbb or #rgb; default white
+    #[arg(long, value_name = "COLOR", help_heading = "Tone")]
+    background: Option<String>,
 
     /// Worker threads, 1 to 1024; default: one per core. The drawing does not depend on it
     #[arg(long, value_name = "COUNT")]
@@ -144,6 +137,7 @@ pub(crate) struct Job {
     pub(crate) preview: Option<(PathBuf, Option<usize>)>,
     pub(crate) importance: Source,
     pub(crate) options: Options,
+    /// The options' background.
     pub(crate) background: [u8; 3],
 }
 
@@ -168,6 +162,7 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         let options = self.options();
         options.validate().map_err(in_flags)?;
+        let background = tone::parse_color(&options.background).map_err(in_flags)?;
         let importance = Source::parse(&self.importance).map_err(in_flags)?;
         let photo = (self.photo != Path::new(STANDARD)).then(|| self.photo.clone());
         let output = if self.output == Path::new(STANDARD) {
@@ -200,11 +195,11 @@ impl Arguments {
             }
         }
         let preview = self.preview.clone().map(|path| (path, self.preview_width));
-        Ok(Job { photo, output, preview, importance, options, background: self.background.0 })
+        Ok(Job { photo, output, preview, importance, options, background })
     }
 
     fn options(&self) -> Options {
-        fn set<T: Copy>(option: &mut T, given: Option<T>) {
+        fn set<T>(option: &mut T, given: Option<T>) {
             if let Some(value) = given {
                 *option = value;
             }
@@ -227,6 +222,7 @@ impl Arguments {
         set(&mut options.contrast, self.contrast);
         set(&mut options.invert, self.invert.then_some(true));
         set(&mut options.threads, self.threads.map(Some));
+        set(&mut options.background, self.background.clone());
         options
     }
 }
@@ -263,23 +259,6 @@ fn parse_alpha(text: &str) -> Result<Alpha, String> {
     }
 }
 
-/// An sRGB colour. A type of its own, since clap takes an array for a list of values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Color([u8; 3]);
-
-fn parse_color(text: &str) -> Result<Color, String> {
-    let digits = match text {
-        "white" => "ffffff",
-        "black" => "000000",
-        _ => text.strip_prefix('#').unwrap_or(text),
-    };
-    if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return Err("it must be white, black or six hexadecimal digits RRGGBB".into());
-    }
-    let channel = |i: usize| u8::from_str_radix(&digits[i..i + 2], 16).expect("two hexadecimal digits");
-    Ok(Color([channel(0), channel(2), channel(4)]))
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -307,7 +286,8 @@ mod tests {
     #[test]
     fn every_option_arrives() {
         let all = "--lattice square --density 1.5 --nodes 60000 --relax 2 --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 \
-                   --importance-alpha 0.5 --alpha 1 --stipple-scale 0.9 --gamma 1.1 --contrast 1.2 --invert --threads 2";
+                   --importance-alpha 0.5 --alpha 1 --stipple-scale 0.9 --gamma 1.1 --contrast 1.2 --invert --threads 2 \
+                   --background #0aF01b";
         let expected = Options {
             lattice: LatticeKind::Square,
             density: Some(1.5),
@@ -326,6 +306,7 @@ mod tests {
             contrast: 1.2,
             invert: true,
             threads: Some(2),
+            background: "#0aF01b".to_owned(),
         };
         assert_eq!(job(all).unwrap().options, expected);
         assert_eq!(job("--nodes-per-pixel 0.2").unwrap().options.nodes_per_pixel, Some(0.2));

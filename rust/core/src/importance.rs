@@ -29,6 +29,14 @@ impl Source {
             _ => {}
         }
         let Some(value) = name.strip_prefix("constant:") else {
+            // A word that could be no image file is a name misspelt; such a file can still be given as ./word.
+            if !name.contains(['.', '/', '\\']) {
+                return Err(Error::Option {
+                    option: "importance",
+                    value: name.to_owned(),
+                    allowed: "saliency, none, constant:V or the path of an image file",
+                });
+            }
             return Ok(Self::File(name.to_owned()));
         };
         match value.parse::<f32>() {
@@ -87,7 +95,8 @@ mod tests {
         assert_eq!(Source::parse("none").unwrap(), Source::Constant(1.0));
         assert_eq!(Source::parse("constant:0.25").unwrap(), Source::Constant(0.25));
         assert_eq!(Source::parse("map.png").unwrap(), Source::File("map.png".into()));
-        for bad in ["constant:0", "constant:1.1", "constant:", "constant:NaN"] {
+        assert_eq!(Source::parse("./map").unwrap(), Source::File("./map".into()));
+        for bad in ["salience", "constant:0", "constant:1.1", "constant:", "constant:NaN"] {
             assert!(Source::parse(bad).is_err(), "{bad}");
         }
     }

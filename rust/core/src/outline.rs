@@ -413,7 +413,7 @@ impl Star<'_> {
             let apart = (0..4).filter_map(|k| {
                 let (d, next, opposite) = (distances[k], distances[(k + 1) % 4], distances[(k + 2) % 4]);
                 // Two sides that meet are one piece if the dot covers their corner.
-                let corner = touched(d) && touched(next) && d.hypot(next) > radius * COVERED;
+                let corner = touched(d) && touched(next) && (d * d + next * next).sqrt() > radius * COVERED;
                 let across = touched(d) && touched(opposite);
                 if corner {
                     Some(d.max(next))
@@ -436,7 +436,9 @@ fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
     let along = b - a;
     let t = ((p - a).dot(along) / along.hypot2()).clamp(0.0, 1.0);
     // Both ends in one place: the fraction is not a number.
-    if t.is_nan() { p.distance(a) } else { p.distance(a + along * t) }
+    let nearest = if t.is_nan() { a } else { a + along * t };
+    // Not `distance`, whose hypot may differ between platforms in the last bit.
+    (p - nearest).hypot2().sqrt()
 }
 
 /// A piece of boundary on its way into rings: a curve or the outline of a stipple.

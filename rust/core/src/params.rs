@@ -99,6 +99,9 @@ pub struct Options {
     /// Worker threads, 1 to 1024; `None`: one a core. The drawing does not depend on it, so it is not part of the metadata.
     #[serde(skip_serializing)]
     pub threads: Option<usize>,
+    /// What lies under transparent parts of the photo and of a map: `white`, `black`, `#rrggbb` or `#rgb`. Whoever decodes them lays
+    /// them over it; it stands here so that a drawing can be made again.
+    pub background: String,
 }
 
 impl Default for Options {
@@ -121,6 +124,7 @@ impl Default for Options {
             contrast: 1.0,
             invert: false,
             threads: None,
+            background: "white".to_owned(),
         }
     }
 }
@@ -191,6 +195,7 @@ impl Options {
         if let Some(threads) = self.threads {
             range("threads", threads as f64, 1.0, 1024.0, "between 1 and 1024")?;
         }
+        crate::tone::parse_color(&self.background)?;
         Ok(())
     }
 

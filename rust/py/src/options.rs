@@ -30,13 +30,19 @@ pub(crate) fn parse(json: &str) -> PyResult<Options> {
     Ok(options)
 }
 
-/// Serde's message without Rust's names of types.
+/// What serde expected, without Rust's names of types.
 fn in_plain_words(message: &str) -> String {
-    [("f64", "a number"), ("u32", "a whole number"), ("u64", "a whole number"), ("usize", "a whole number")]
-        .iter()
-        .fold(message.to_owned(), |message, (rust, plain)| {
-            message.replace(&format!("expected {rust}"), &format!("expected {plain}"))
-        })
+    let Some((_, expected)) = message.rsplit_once("expected ") else {
+        return message.to_owned();
+    };
+    let plain = match expected.split(" at line").next().unwrap_or(expected) {
+        "f64" => "a number",
+        "u32" | "u64" | "usize" => "a whole number",
+        "a boolean" => "True or False",
+        "a string" => "text",
+        other => other,
+    };
+    format!("it must be {plain}")
 }
 
 fn to_json(options: &Options) -> PyResult<String> {
