@@ -68,13 +68,13 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
     if let Some(i) = values.iter().position(|v| !v.is_finite()) {
         return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
     }
-    let mut nodes: Vec<Node> = values.iter().map(|v| Node { current: f64::from(*v), start: *v, label: UNLABELLED }).collect();
+    let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
     let mut queue = PriorityQueue::new(&nodes);
     let mut rings = Rings { radius: parameters.rings, ..Rings::default() };
     let mut open: Vec<(usize, f64)> = Vec::with_capacity(16);
     let mut done = 0;
 
-    while let Some(number) = queue.pop(&nodes) {
+    while let Some(number) = queue.pop(&mut nodes) {
         if done % NODES_BETWEEN_CHECKS == 0 {
             control.report(done as f32 / values.len() as f32)?;
         }
@@ -91,20 +91,25 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
             continue;
         }
         open.clear();
+        graph.for_each_neighbor(number, |neighbor, distance| open.push((neighbor, distance)));
+        let count = (open.len() + 1) as f64;
+        let mut sum = start;
         let mut largest = f64::NEG_INFINITY;
-        let (mut sum, mut count) = (start, 1.0);
-        graph.for_each_neighbor(number, |neighbor, distance| {
+        let mut unlabelled = 0;
+        for k in 0..open.len() {
+            let (neighbor, distance) = open[k];
             let other = &nodes[neighbor];
             let value = f64::from(other.start);
             sum += value;
-            count += 1.0;
-            if other.label == UNLABELLED {
-                let length = parameters.k1 * (start - value).abs() + parameters.k2 * distance;
-                let exponent = -(length * length);
-                largest = largest.max(exponent);
-                open.push((neighbor, exponent));
-            }
-        });
+            let length = parameters.k1 * (start - value).abs() + parameters.k2 * distance;
+            let exponent = -(length * length);
+            // Whether a neighbour has a label cannot be foreseen: no branch depends on it, and what does not count is overwritten.
+            let is_open = other.label == UNLABELLED;
+            largest = if is_open && exponent > largest { exponent } else { largest };
+            open[unlabelled] = (neighbor, exponent);
+            unlabelled += usize::from(is_open);
+        }
+        open.truncate(unlabelled);
         let alpha = match parameters.alpha {
             Alpha::Constant(alpha) => alpha,
             Alpha::Dynamic => {
@@ -119,10 +124,9 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
         }
         let share = alpha * error / total;
         for &(neighbor, weight) in &open {
-            let before = nodes[neighbor].current;
-            let after = before + weight * share;
-            nodes[neighbor].current = after;
-            queue.update(neighbor, before, after);
+            let node = &mut nodes[neighbor];
+            node.current += weight * share;
+            queue.update(neighbor, node);
         }
     }
     Ok(nodes.into_iter().map(|node| node.label).collect())
@@ -136,6 +140,15 @@ struct Node {
     /// The starting value I0.
     start: f32,
     label: u8,
+    /// The lowest bucket in which an entry of the node is sure to come up; see [`PriorityQueue`].
+    entered: u16,
+}
+
+impl Node {
+    fn new(start: f32) -> Self {
+        let current = f64::from(start);
+        Self { current, start, label: UNLABELLED, entered: bucket(priority(current)) }
+    }
 }
 
 /// Stands for "no label yet".
@@ -171,9 +184,9 @@ impl Rings {
     }
 }
 
-/// Buckets over priorities [0, 0.5), and as many again for values that errors pushed out of [0, 1]. More buckets make shorter
+/// Buckets over priorities from 0 to 1 (values that errors pushed out of [0, 1] go beyond 0.5), a power of two. More buckets make shorter
 /// lists to sort; past a few thousand their ends no longer fit the cache.
-const BUCKETS_A_HALF: f64 = 1024.0;
+const BUCKETS: usize = 4096;
 
 /// A node with the bits of its priority when it was entered; the largest comes first, ties by index.
 type Entry = (u64, Reverse<u32>);
@@ -181,12 +194,13 @@ type Entry = (u64, Reverse<u32>);
 /// All unlabelled nodes by decreasing `|I - 0.5|`, ties by index: exactly the order of one big heap, at a fraction of its cost.
 ///
 /// A node stands in the bucket of its priority. Only the highest bucket in use is sorted; what is entered into it or above
-/// later goes to a small heap beside it. A node whose priority changes is entered again where it now belongs; entries that are no
-/// longer true are dropped when they come up.
+/// later goes to a small heap beside it. A node whose priority rises is entered again at once; one whose priority falls stays
+/// where it is, too high, and is entered again when it comes up there. That spares most entries, since most errors move a value
+/// several times. Entries that are no longer true are dropped when they come up.
 struct PriorityQueue {
     buckets: Vec<Vec<u32>>,
     /// The bucket whose nodes, and all above, are in `sorted` and `late`.
-    lowest: usize,
+    lowest: u16,
     /// In increasing order: the next node is the last.
     sorted: Vec<Entry>,
     late: BinaryHeap<Entry>,
@@ -194,16 +208,19 @@ struct PriorityQueue {
 
 impl PriorityQueue {
     fn new(nodes: &[Node]) -> Self {
-        let count = 2 * BUCKETS_A_HALF as usize;
-        let mut buckets = vec![Vec::new(); count];
-        for (number, node) in nodes.iter().enumerate() {
-            buckets[bucket(priority(node.current))].push(number as u32);
+        let mut counts = vec![0u32; BUCKETS];
+        for node in nodes {
+            counts[usize::from(node.entered)] += 1;
         }
-        Self { buckets, lowest: count, sorted: Vec::new(), late: BinaryHeap::new() }
+        let mut buckets: Vec<Vec<u32>> = counts.iter().map(|c| Vec::with_capacity(*c as usize)).collect();
+        for (number, node) in (0u32..).zip(nodes) {
+            buckets[usize::from(node.entered)].push(number);
+        }
+        Self { buckets, lowest: BUCKETS as u16, sorted: Vec::new(), late: BinaryHeap::new() }
     }
 
     /// The unlabelled node of the highest priority.
-    fn pop(&mut self, nodes: &[Node]) -> Option<usize> {
+    fn pop(&mut self, nodes: &mut [Node]) -> Option<usize> {
         loop {
             let next = match (self.sorted.last(), self.late.peek()) {
                 (Some(first), Some(late)) if late > first => self.late.pop(),
@@ -211,31 +228,57 @@ impl PriorityQueue {
                 (None, _) => self.late.pop(),
             };
             let Some((key, Reverse(number))) = next else {
-                self.lowest = (0..self.lowest).rev().find(|b| !self.buckets[*b].is_empty())?;
-                for number in std::mem::take(&mut self.buckets[self.lowest]) {
-                    let node = &nodes[number as usize];
-                    let priority = priority(node.current);
-                    if node.label == UNLABELLED && bucket(priority) == self.lowest {
-                        self.sorted.push((priority.to_bits(), Reverse(number)));
-                    }
-                }
-                self.sorted.sort_unstable();
+                self.refill(nodes)?;
                 continue;
             };
-            let node = &nodes[number as usize];
-            if node.label == UNLABELLED && key == priority(node.current).to_bits() {
+            let node = &mut nodes[number as usize];
+            if node.label != UNLABELLED {
+                continue;
+            }
+            let priority = priority(node.current);
+            if key == priority.to_bits() {
                 return Some(number as usize);
+            }
+            let bucket = bucket(priority);
+            if bucket < self.lowest && node.entered >= self.lowest {
+                node.entered = bucket;
+                self.buckets[usize::from(bucket)].push(number);
             }
         }
     }
 
+    /// Sorts the highest bucket that is not empty; `None` when all are.
+    fn refill(&mut self, nodes: &mut [Node]) -> Option<()> {
+        let highest = (0..usize::from(self.lowest)).rev().find(|b| !self.buckets[*b].is_empty())?;
+        self.lowest = highest as u16;
+        for number in std::mem::take(&mut self.buckets[highest]) {
+            let node = &mut nodes[number as usize];
+            if node.label != UNLABELLED || node.entered != self.lowest {
+                continue;
+            }
+            let priority = priority(node.current);
+            let bucket = bucket(priority);
+            if bucket == self.lowest {
+                self.sorted.push((priority.to_bits(), Reverse(number)));
+            } else {
+                node.entered = bucket;
+                self.buckets[usize::from(bucket)].push(number);
+            }
+        }
+        self.sorted.sort_unstable();
+        Some(())
+    }
+
     /// Says that the value of an unlabelled node changed.
-    fn update(&mut self, node: usize, before: f64, after: f64) {
-        let (old, new) = (bucket(priority(before)), bucket(priority(after)));
-        if new >= self.lowest {
-            self.late.push((priority(after).to_bits(), Reverse(node as u32)));
-        } else if new != old {
-            self.buckets[new].push(node as u32);
+    fn update(&mut self, number: usize, node: &mut Node) {
+        let priority = priority(node.current);
+        let bucket = bucket(priority);
+        if bucket >= self.lowest {
+            node.entered = bucket;
+            self.late.push((priority.to_bits(), Reverse(number as u32)));
+        } else if bucket > node.entered {
+            node.entered = bucket;
+            self.buckets[usize::from(bucket)].push(number as u32);
         }
     }
 }
@@ -245,8 +288,10 @@ fn priority(value: f64) -> f64 {
     (value - 0.5).abs()
 }
 
-fn bucket(priority: f64) -> usize {
-    ((priority * (2.0 * BUCKETS_A_HALF)) as usize).min(2 * BUCKETS_A_HALF as usize - 1)
+fn bucket(priority: f64) -> u16 {
+    // Adding 1 aligns the bits: all of [0, 1) has one exponent, and the next bits are the bucket.
+    let bits = (1.0 + priority).to_bits() - 1f64.to_bits();
+    (bits >> (52 - BUCKETS.ilog2())).min(BUCKETS as u64 - 1) as u16
 }
 
 #[cfg(test)]
@@ -323,7 +368,7 @@ mod tests {
     #[test]
     fn more_rings_reach_further() {
         let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[[0, 1], [1, 2]]).unwrap();
-        let nodes = [0.0, 0.5, 1.0].map(|start| Node { current: 0.0, start, label: UNLABELLED });
+        let nodes = [0.0, 0.5, 1.0].map(Node::new);
         let mean = |radius| Rings { radius, ..Rings::default() }.mean(&graph, &nodes, 0);
         assert_eq!([mean(1), mean(2)], [0.25, 0.5]);
     }
