@@ -42,7 +42,7 @@ def command() -> Path:
         return Path(given)
     found = [path for kind in ("release", "debug") if (path := ROOT / "target" / kind / "graphstipple").is_file()]
     if not found:
-        pytest.skip("no native binary: build it (cargo build --release) or set GRAPHSTIPPLE_BINARY")
+        pytest.fail("no native binary: build it (cargo build --release) or set GRAPHSTIPPLE_BINARY")
     return max(found, key=lambda path: path.stat().st_mtime)
 
 

@@ -69,13 +69,6 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
         return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
     }
     let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
-    // Nodes of value 0 or 1 come first of all and have no error to pass on: they need no place in the queue. An importance under
-    // a budget has many. (Only values outside [0, 1] would come before them.)
-    if values.iter().all(|v| (0.0..=1.0).contains(v)) {
-        for node in nodes.iter_mut().filter(|node| node.current == 0.0 || node.current == 1.0) {
-            node.label = u8::from(node.current == 1.0);
-        }
-    }
     let mut queue = PriorityQueue::new(&nodes);
     let mut rings = Rings { radius: parameters.rings, ..Rings::default() };
     let mut open: Vec<(usize, f64)> = Vec::with_capacity(16);
@@ -92,31 +85,26 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
         node.label = label;
         let error = node.current - f64::from(label);
 
-        // The smallest exponent is subtracted, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
         let keeps_side = (label == 1) == (start >= 0.5);
         if error == 0.0 || (parameters.alpha == Alpha::Dynamic && !keeps_side) {
             continue;
         }
+        // The largest exponent is subtracted later, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
         open.clear();
-        graph.for_each_neighbor(number, |neighbor, distance| open.push((neighbor, distance)));
-        let count = (open.len() + 1) as f64;
-        let mut sum = start;
         let mut largest = f64::NEG_INFINITY;
-        let mut unlabelled = 0;
-        for k in 0..open.len() {
-            let (neighbor, distance) = open[k];
+        let (mut sum, mut count) = (start, 1.0);
+        graph.for_each_neighbor(number, |neighbor, distance| {
             let other = &nodes[neighbor];
             let value = f64::from(other.start);
             sum += value;
-            let length = parameters.k1 * (start - value).abs() + parameters.k2 * distance;
-            let exponent = -(length * length);
-            // Whether a neighbour has a label cannot be foreseen: no branch depends on it, and what does not count is overwritten.
-            let is_open = other.label == UNLABELLED;
-            largest = if is_open && exponent > largest { exponent } else { largest };
-            open[unlabelled] = (neighbor, exponent);
-            unlabelled += usize::from(is_open);
-        }
-        open.truncate(unlabelled);
+            count += 1.0;
+            if other.label == UNLABELLED {
+                let length = parameters.k1 * (start - value).abs() + parameters.k2 * distance;
+                let exponent = -(length * length);
+                largest = largest.max(exponent);
+                open.push((neighbor, exponent));
+            }
+        });
         let alpha = match parameters.alpha {
             Alpha::Constant(alpha) => alpha,
             Alpha::Dynamic => {
@@ -147,7 +135,7 @@ struct Node {
     /// The starting value I0.
     start: f32,
     label: u8,
-    /// The lowest bucket in which an entry of the node is sure to come up; see [`PriorityQueue`].
+    /// The bucket of the node's latest entry: never below that of its priority while it waits; see [`PriorityQueue`].
     entered: u16,
 }
 
@@ -191,7 +179,7 @@ impl Rings {
     }
 }
 
-/// Buckets over priorities from 0 to 1 (values that errors pushed out of [0, 1] go beyond 0.5), a power of two. More buckets make shorter
+/// Buckets over priorities from 0 to 1 (values that errors pushed out of [0, 1] go beyond 0.5), a power of two. More make shorter
 /// lists to sort; past a few thousand their ends no longer fit the cache.
 const BUCKETS: usize = 4096;
 
@@ -216,11 +204,11 @@ struct PriorityQueue {
 impl PriorityQueue {
     fn new(nodes: &[Node]) -> Self {
         let mut counts = vec![0u32; BUCKETS];
-        for node in nodes.iter().filter(|node| node.label == UNLABELLED) {
+        for node in nodes {
             counts[usize::from(node.entered)] += 1;
         }
         let mut buckets: Vec<Vec<u32>> = counts.iter().map(|c| Vec::with_capacity(*c as usize)).collect();
-        for (number, node) in (0u32..).zip(nodes).filter(|(_, node)| node.label == UNLABELLED) {
+        for (number, node) in (0u32..).zip(nodes) {
             buckets[usize::from(node.entered)].push(number);
         }
         Self { buckets, lowest: BUCKETS as u16, sorted: Vec::new(), late: BinaryHeap::new() }

@@ -10,7 +10,7 @@
 //! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
 //! container is always on the level below. So painting level by level is as good as painting one by one.
 
-use kurbo::{BezPath, PathEl, Point, Shape};
+use kurbo::{BezPath, PathEl, Point};
 use serde::{Deserialize, Serialize};
 
 use crate::params::Options;
@@ -416,9 +416,4 @@ fn frame_crossing(p: [f64; 2], q: [f64; 2], canvas: [f64; 2]) -> [f64; 2] {
         }
     }
     best.1
-}
-
-/// Area that a closed path encloses, in px^2, positive when it turns from +x towards +y.
-pub(crate) fn path_area(path: &BezPath) -> f64 {
-    path.area()
 }

@@ -54,9 +54,7 @@ impl Graph {
                 offsets[*i as usize + 1] += 1;
             }
         }
-        for i in 0..sites.len() {
-            offsets[i + 1] += offsets[i];
-        }
+        cumulate(&mut offsets);
         let mut next = offsets.clone();
         let mut neighbors = vec![0; edges.len() * 2];
         for &[a, b] in edges {
@@ -91,6 +89,13 @@ impl Graph {
             let i32 = i as u32;
             self.row(i).iter().filter(move |j| **j > i32).map(move |j| [i32, *j])
         })
+    }
+}
+
+/// Turns lengths of rows, each one place late, into the starts of the rows.
+pub(crate) fn cumulate(offsets: &mut [u32]) {
+    for i in 1..offsets.len() {
+        offsets[i] += offsets[i - 1];
     }
 }
 

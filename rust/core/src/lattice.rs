@@ -120,11 +120,6 @@ impl Lattice {
         graph
     }
 
-    /// The distances of neighbouring nodes, in pixels, within a row.
-    pub fn spacing(&self) -> f64 {
-        self.spacing
-    }
-
     /// Number of the first node of a row.
     fn row_start(&self, row: usize) -> usize {
         (row / 2) * (self.columns[0] + self.columns[1]) + (row % 2) * self.columns[0]

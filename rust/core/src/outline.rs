@@ -22,13 +22,12 @@
 
 use std::f64::consts::PI;
 
-use kurbo::{BezPath, Point, Vec2};
+use kurbo::{BezPath, Point, Shape, Vec2};
 
 use crate::components::Components;
 use crate::control::Control;
 use crate::drawing::{
-    Drawing, FLATTENING_TOLERANCE, Ink, Mark, POLYGON_REACH, Region, Ring, RingPart, Stipple, circle_polygon, path_area,
-    signed_area,
+    Drawing, FLATTENING_TOLERANCE, Ink, Mark, POLYGON_REACH, Region, Ring, RingPart, Stipple, circle_polygon, signed_area,
 };
 use crate::error::{Error, Result};
 use crate::triangulation::{Beside, Side, Triangulation};
@@ -500,7 +499,7 @@ impl Assembly {
             left: chain.black,
             right: chain.white,
         };
-        self.add(piece, chain.ends.and_then(ends), || path_area(path));
+        self.add(piece, chain.ends.and_then(ends), || path.area());
     }
 
     fn add_stipple(&mut self, index: u32, stipple: &Stipple, around: u32) {
@@ -538,7 +537,7 @@ impl Assembly {
         let mut container: Vec<Option<u32>> = vec![None; count];
 
         for (component, ring) in self.frame_rings(triangulation, components)? {
-            let area = path_area(&drawing.ring_path(&ring, FLATTENING_TOLERANCE));
+            let area = drawing.ring_path(&ring, FLATTENING_TOLERANCE).area();
             exteriors[component as usize] = Some((ring, area));
         }
         for &(number, area) in &self.closed {

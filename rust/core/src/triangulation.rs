@@ -13,7 +13,7 @@ use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::graph::Graph;
+use crate::graph::{Graph, cumulate};
 use crate::voronoi::check_sites;
 
 /// A side of the frame, in the order in which a ring with positive area runs along it.
@@ -143,9 +143,7 @@ pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &
     for (node, degree) in batches.iter().flat_map(|rows| &rows.nodes) {
         offsets[*node as usize + 1] = *degree;
     }
-    for i in 0..count {
-        offsets[i + 1] += offsets[i];
-    }
+    cumulate(&mut offsets);
     let (mut neighbors, mut left) = (vec![0u32; offsets[count] as usize], vec![0u32; offsets[count] as usize]);
     for rows in batches {
         let mut entries = rows.entries.iter();

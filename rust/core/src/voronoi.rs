@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, check_size};
-use crate::graph::Adjacency;
+use crate::graph::{Adjacency, cumulate};
 use crate::lattice::{FRAME_MARGIN, Lattice};
 
 /// What the samples say of every site's cell.
@@ -63,7 +63,7 @@ pub fn cells(
             }
         }
     })?;
-    Ok(finish(&sums, samples_per_pixel, field, |i| sites[i]))
+    Ok(finish(&sums, sites, samples_per_pixel, field))
 }
 
 /// The mean of the field over every lattice cell, the nearest node being known in closed form.
@@ -229,7 +229,7 @@ impl Sums {
     }
 }
 
-fn finish(sums: &[Sums], samples_per_pixel: usize, field: Option<&Field>, site: impl Fn(usize) -> [f64; 2]) -> Cells {
+fn finish(sums: &[Sums], sites: &[[f64; 2]], samples_per_pixel: usize, field: Option<&Field>) -> Cells {
     let step = 1.0 / samples_per_pixel as f64;
     let position = |sum: u64, count: u32| (sum as f64 / f64::from(count) + 0.5) * step;
     let mut cells = Cells {
@@ -238,17 +238,13 @@ fn finish(sums: &[Sums], samples_per_pixel: usize, field: Option<&Field>, site: 
         centroids: Vec::with_capacity(sums.len()),
         means: Vec::new(),
     };
-    for (i, sum) in sums.iter().enumerate() {
-        cells.centroids.push(if sum.count > 0 {
-            [position(sum.columns, sum.count), position(sum.rows, sum.count)]
-        } else {
-            site(i)
-        });
+    for (sum, site) in sums.iter().zip(sites) {
+        cells.centroids.push(if sum.count > 0 { [position(sum.columns, sum.count), position(sum.rows, sum.count)] } else { *site });
         if let Some(field) = field {
             cells.means.push(if sum.count > 0 {
                 (sum.values / f64::from(sum.count)) as f32
             } else {
-                field.bilinear(site(i)[0], site(i)[1])
+                field.bilinear(site[0], site[1])
             });
         }
     }
@@ -316,9 +312,7 @@ impl Bins {
         for candidate in &candidates {
             offsets[bin(candidate) + 1] += 1;
         }
-        for i in 0..columns * rows {
-            offsets[i + 1] += offsets[i];
-        }
+        cumulate(&mut offsets);
         let mut next = offsets.clone();
         let mut order = vec![0; candidates.len()];
         for candidate in &candidates {
@@ -415,24 +409,17 @@ impl Lists {
     ) {
         let start = self.stack.len();
         let longest = area.longest_side();
-        let mut reach = longest.div_ceil(LEAF);
+        let reach = longest.div_ceil(LEAF);
         let crowded = bins.around(area, reach).map(<[u32]>::len).sum::<usize>() > CROWD;
-        if crowded && longest <= side && list.is_none() {
-            visit(self, None, area);
+        if crowded && longest <= side {
+            visit(self, list, area);
             return;
         }
         let mut list = list;
         if !crowded {
             let narrowed = self.gather(bins, area, reach).unwrap_or_else(|| {
-                if let Some(list) = list.clone() {
-                    return self.narrow(list, area);
-                }
-                loop {
-                    reach *= 2;
-                    if let Some(found) = self.gather(bins, area, reach) {
-                        return self.narrow(found, area);
-                    }
-                }
+                let wider = list.clone().unwrap_or_else(|| self.gather_from(bins, area, 2 * reach));
+                self.narrow(wider, area)
             });
             if narrowed.len() <= CROWD || longest <= side {
                 visit(self, Some(narrowed), area);
@@ -440,9 +427,6 @@ impl Lists {
                 return;
             }
             list = Some(narrowed);
-        } else if longest <= side {
-            visit(self, list, area);
-            return;
         }
         for quarter in area.split((longest / 2).next_power_of_two()) {
             self.divide(bins, list.clone(), quarter, side, visit);
@@ -450,9 +434,8 @@ impl Lists {
         self.stack.truncate(start);
     }
 
-    /// The candidates of a crowded leaf.
-    fn gather_crowd(&mut self, bins: &Bins, area: Box2) -> std::ops::Range<usize> {
-        let mut reach = 1;
+    /// As [`Lists::gather`], with `reach` doubled until the sites are sure to own all of the box.
+    fn gather_from(&mut self, bins: &Bins, area: Box2, mut reach: usize) -> std::ops::Range<usize> {
         loop {
             match self.gather(bins, area, reach) {
                 Some(found) => return found,
@@ -541,7 +524,7 @@ impl Task {
         let all = self.candidates.as_ref().map(|list| 0..list.len());
         lists.divide(bins, all, self.area, LEAF, &mut |lists, list, area| {
             let start = lists.stack.len();
-            let mut list = list.unwrap_or_else(|| lists.gather_crowd(bins, area));
+            let mut list = list.unwrap_or_else(|| lists.gather_from(bins, area, 1));
             if list.len() > WORTH_NARROWING {
                 list = lists.narrow(list, area);
             }
