@@ -11,6 +11,8 @@
 //! nothing but the order of ties tells nodes apart), and no factor lifts an importance of 0. When the search closes in on such a jump, the
 //! importance is diffused with alpha = 1, which keeps the wanted share of any field, after a small constant is added to it and it is varied a little.
 
+use rayon::prelude::*;
+
 use crate::control::Control;
 use crate::diffusion::{Diffusion, diffuse};
 use crate::error::{Error, Result};
@@ -166,7 +168,7 @@ impl ClippedSum {
         let all = values.iter().step_by(stride);
         let weight = values.len() as f64 / all.len() as f64;
         let mut values: Vec<f32> = all.copied().filter(|v| *v > 0.0).collect();
-        values.sort_unstable_by(f32::total_cmp);
+        values.par_sort_unstable_by(f32::total_cmp);
         let mut prefix = Vec::with_capacity(values.len() + 1);
         let mut sum = 0.0;
         prefix.push(sum);

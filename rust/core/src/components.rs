@@ -18,29 +18,45 @@ pub struct Components {
 /// # Panics
 /// If there are fewer labels than nodes.
 pub fn components(graph: &Graph, labels: &[u8]) -> Components {
-    const NONE: u32 = u32::MAX;
-    let mut components = Components { ids: vec![NONE; graph.sites.len()], sizes: Vec::new() };
-    let mut stack: Vec<u32> = Vec::new();
-    for first in 0..graph.sites.len() {
-        if components.ids[first] != NONE {
-            continue;
-        }
-        let id = components.sizes.len() as u32;
-        let mut size = 0;
-        components.ids[first] = id;
-        stack.push(first as u32);
-        while let Some(node) = stack.pop() {
-            size += 1;
-            for &neighbor in graph.row(node as usize) {
-                if components.ids[neighbor as usize] == NONE && labels[neighbor as usize] == labels[first] {
-                    components.ids[neighbor as usize] = id;
-                    stack.push(neighbor);
-                }
+    let count = graph.sites.len();
+    // A forest: every node points to a lower one of its component, its lowest to itself.
+    let mut lower: Vec<u32> = Vec::with_capacity(count);
+    for node in 0..count {
+        let mut root = node as u32;
+        lower.push(root);
+        // Rows are sorted: nodes further on will look back themselves.
+        for &neighbor in graph.row(node).iter().take_while(|n| **n < node as u32) {
+            if labels[neighbor as usize] == labels[node] {
+                let other = find(&mut lower, neighbor);
+                lower[root.max(other) as usize] = root.min(other);
+                root = root.min(other);
             }
         }
-        components.sizes.push(size);
+    }
+    let mut components = Components { ids: Vec::with_capacity(count), sizes: Vec::new() };
+    for (node, lower) in lower.into_iter().enumerate() {
+        let id = if lower as usize == node {
+            components.sizes.push(0);
+            components.sizes.len() as u32 - 1
+        } else {
+            components.ids[lower as usize]
+        };
+        components.sizes[id as usize] += 1;
+        components.ids.push(id);
     }
     components
+}
+
+/// The lowest node of a component as known so far; halves the way there for the next time.
+fn find(lower: &mut [u32], mut node: u32) -> u32 {
+    loop {
+        let next = lower[node as usize];
+        if next == node {
+            return node;
+        }
+        lower[node as usize] = lower[next as usize];
+        node = next;
+    }
 }
 
 #[cfg(test)]

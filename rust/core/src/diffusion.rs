@@ -114,7 +114,7 @@ pub fn diffuse(graph: &impl Adjacency, values: &[f32], parameters: &Diffusion, c
         };
         let mut total = 0.0;
         for (_, weight) in &mut open {
-            *weight = libm::exp(*weight - largest);
+            *weight = if *weight == largest { 1.0 } else { libm::exp(*weight - largest) };
             total += *weight;
         }
         let share = alpha * error / total;

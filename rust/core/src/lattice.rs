@@ -196,6 +196,20 @@ impl Adjacency for Lattice {
     fn for_each_neighbor(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
         let (row, column) = self.row_and_column(node);
         let [left, right] = self.across[row % 2];
+        let (own_columns, other_columns) = (self.columns[row % 2], self.columns[(row + 1) % 2]);
+        // Away from the frame of a hexagonal lattice, which is nearly everywhere, there is nothing to clamp.
+        let inner = row > 0 && row + 1 < self.rows && column > 0 && column + 1 < own_columns.min(other_columns);
+        if left != right && inner {
+            let above = (node - other_columns).wrapping_add_signed(left);
+            let below = (node + own_columns).wrapping_add_signed(left);
+            visit(above, self.across_distance);
+            visit(above + 1, self.across_distance);
+            visit(node - 1, self.spacing);
+            visit(node + 1, self.spacing);
+            visit(below, self.across_distance);
+            visit(below + 1, self.across_distance);
+            return;
+        }
         // The neighbours in a row above or below: one, or two beside each other.
         let across = |row: usize| {
             let columns = self.columns[row % 2] as isize;
@@ -212,7 +226,7 @@ impl Adjacency for Lattice {
         if column > 0 {
             visit(node - 1, self.spacing);
         }
-        if column + 1 < self.columns[row % 2] {
+        if column + 1 < own_columns {
             visit(node + 1, self.spacing);
         }
         if row + 1 < self.rows {

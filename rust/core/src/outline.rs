@@ -22,7 +22,8 @@
 
 use std::f64::consts::PI;
 
-use kurbo::{BezPath, Point, Shape, Vec2};
+use kurbo::{BezPath, Point, Shape as _, Vec2};
+use rayon::prelude::*;
 
 use crate::components::Components;
 use crate::control::Control;
@@ -98,40 +99,59 @@ pub fn outline(
         components.sizes[component as usize] == 1 && chains_of[component as usize] == 1 && chain.edges.len() >= 2
     };
 
+    let shape_of = |chain: &Chain| -> Result<Shape> {
+        control.check()?;
+        let edges = &chains.edges[chain.edges.clone()];
+        let dot = [(chain.black, chain.white), (chain.white, chain.black)].into_iter().find(|(own, _)| is_dot(*own, chain));
+        let Some((own, around)) = dot else {
+            let path = smooth(triangulation, chain, edges, frame);
+            let area = if chain.ends.is_none() { path.area() } else { 0.0 };
+            return Ok(Shape::Curve { path, area });
+        };
+        let node = if own == chain.black { edges[0][0] } else { edges[0][1] } as usize;
+        let star = Star { triangulation, chain, edges, own_is_black: own == chain.black, frame };
+        let site = triangulation.graph.sites[node];
+        let stipple = Stipple {
+            x: site[0],
+            y: site[1],
+            radius: star.radius((cell_areas[node] * stipple_scale / PI).sqrt().max(MIN_RADIUS), site),
+            ink: Ink::of_label(labels[node]),
+            component: own,
+            level: 0,
+        };
+        Ok(Shape::Dot { stipple, around })
+    };
+    let shapes = chains.chains.par_iter().map(shape_of).collect::<Result<Vec<Shape>>>()?;
+    control.report(0.7)?;
+
     let mut assembly = Assembly::new(frame, components.sizes.len());
     let mut drawing = Drawing { width, height, ..Drawing::default() };
     let mut vertices = 0;
-    for (number, chain) in chains.chains.iter().enumerate() {
-        if number % 4096 == 0 {
-            control.report(0.3 + 0.5 * number as f32 / chains.chains.len() as f32)?;
-        }
-        let edges = &chains.edges[chain.edges.clone()];
-        let dot = [(chain.black, chain.white), (chain.white, chain.black)].into_iter().find(|(own, _)| is_dot(*own, chain));
-        if let Some((own, around)) = dot {
-            let node = if own == chain.black { edges[0][0] } else { edges[0][1] } as usize;
-            let star = Star { triangulation, chain, edges, own_is_black: own == chain.black, frame };
-            let site = triangulation.graph.sites[node];
-            let stipple = Stipple {
-                x: site[0],
-                y: site[1],
-                radius: star.radius((cell_areas[node] * stipple_scale / PI).sqrt().max(MIN_RADIUS), site),
-                ink: Ink::of_label(labels[node]),
-                component: own,
-                level: 0,
-            };
-            assembly.add_stipple(drawing.stipples.len() as u32, &stipple, around);
-            drawing.stipples.push(stipple);
-            vertices += 1;
-        } else {
-            let path = smooth(triangulation, chain, edges, frame);
-            vertices += edges.len();
-            assembly.add_curve(drawing.curves.len() as u32, &path, chain);
-            drawing.curves.push(path);
+    for (chain, shape) in chains.chains.iter().zip(shapes) {
+        match shape {
+            Shape::Dot { stipple, around } => {
+                assembly.add_stipple(drawing.stipples.len() as u32, &stipple, around);
+                drawing.stipples.push(stipple);
+                vertices += 1;
+            }
+            Shape::Curve { path, area } => {
+                vertices += chain.edges.len();
+                assembly.add_curve(drawing.curves.len() as u32, &path, area, chain);
+                drawing.curves.push(path);
+            }
         }
     }
     control.report(0.8)?;
     assembly.finish(&mut drawing, triangulation, labels, components)?;
     Ok(Outlines { drawing, vertices })
+}
+
+/// What is drawn for a chain.
+enum Shape {
+    /// The component on one side is a dot, `around` the one on the other.
+    Dot { stipple: Stipple, around: u32 },
+    /// A shared curve with the area that it encloses, if it is closed.
+    Curve { path: BezPath, area: f64 },
 }
 
 /// A boundary between two components.
@@ -161,6 +181,9 @@ fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components) 
     for open in [true, false] {
         for black in (0..graph.sites.len()).filter(|i| labels[*i] == 0) {
             let row = graph.offsets[black] as usize..graph.offsets[black + 1] as usize;
+            if open && !row.clone().any(|slot| matches!(triangulation.left(slot), Beside::Frame(_))) {
+                continue;
+            }
             for first in row {
                 let white = graph.neighbors[first];
                 if labels[white as usize] == 0 || visited[first] {
@@ -487,7 +510,7 @@ impl Assembly {
         self.pieces.push(piece);
     }
 
-    fn add_curve(&mut self, index: u32, path: &BezPath, chain: &Chain) {
+    fn add_curve(&mut self, index: u32, path: &BezPath, area: f64, chain: &Chain) {
         let ends = |_| {
             let first = path.elements().first().and_then(kurbo::PathEl::end_point)?;
             let last = path.elements().last().and_then(kurbo::PathEl::end_point)?;
@@ -499,7 +522,7 @@ impl Assembly {
             left: chain.black,
             right: chain.white,
         };
-        self.add(piece, chain.ends.and_then(ends), || path.area());
+        self.add(piece, chain.ends.and_then(ends), || area);
     }
 
     fn add_stipple(&mut self, index: u32, stipple: &Stipple, around: u32) {

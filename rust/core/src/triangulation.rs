@@ -220,17 +220,20 @@ fn touching(points: impl Iterator<Item = [f64; 2]> + Clone, count: usize, length
     // A point owns nothing if the lowest point of its bin is that much lower: it would win only beyond the ends of the line. This
     // leaves out nearly all before sorting.
     let bins = ((count as f64).sqrt() as usize).clamp(1, 1 << 16);
-    let bin = |t: f64| ((t / length * bins as f64) as usize).min(bins - 1);
+    let bins_per_pixel = bins as f64 / length;
+    let bin = |t: f64| ((t * bins_per_pixel) as usize).min(bins - 1);
     let mut lowest = vec![f64::INFINITY; bins];
     for [t, d] in points.clone() {
         let lowest = &mut lowest[bin(t)];
         *lowest = lowest.min(d);
     }
     let margin = 2.0 * length * (length / bins as f64);
+    // Most points are beyond the reach of any bin.
+    let farthest = lowest.iter().fold(0.0, |farthest: f64, d| farthest.max(*d));
     let mut near: Vec<(f64, f64, usize)> = (points.enumerate())
         .filter(|(_, [t, d])| {
-            let lowest = lowest[bin(*t)];
-            d * d - lowest * lowest <= margin
+            let reach = |lowest: f64| d * d - lowest * lowest <= margin;
+            reach(farthest) && reach(lowest[bin(*t)])
         })
         .map(|(i, [t, d])| (t, d, i))
         .collect();
