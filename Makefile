@@ -61,6 +61,7 @@ format: $(ENVIRONMENT)
 bench:
 	cargo bench --package graphstipple-bench --locked --bench stages
 	cargo bench --package graphstipple-bench --locked --bench scale
+	cargo bench --package graphstipple-bench --locked --bench formats
 
 clean:
 	rm -rf $(VENV) target out dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

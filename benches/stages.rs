@@ -8,7 +8,8 @@ use graphstipple_bench::{Photo, is_smoke_run, options, photo};
 use graphstipple_core::components::components;
 use graphstipple_core::control::Control;
 use graphstipple_core::diffusion::{Diffusion, diffuse};
-use graphstipple_core::outline::outline;
+use graphstipple_core::export::Export;
+use graphstipple_core::outline::{Shaping, outline};
 use graphstipple_core::pipeline::{draw, first_graph, kept_sites};
 use graphstipple_core::raster::rasterize;
 use graphstipple_core::svg::to_svg;
@@ -44,6 +45,8 @@ fn stages(criterion: &mut Criterion) {
     let areas = cells(sites, width, height, samples, None, &control).expect("the sites are on the canvas").areas;
     let (first_phase, second_phase) = (Diffusion::of_importance(&options), Diffusion::of_tone(&options));
     let (labels, drawing) = (&outcome.labels, &outcome.drawing);
+    let shaping = Shaping { stipple_scale: options.stipple_scale, tolerance: options.tolerance };
+    let export = Export::default();
     println!(
         "{width} x {height} pixels, {} lattice nodes, {} kept, {} threads",
         first.labels.len(),
@@ -64,9 +67,9 @@ fn stages(criterion: &mut Criterion) {
     measure(&mut group, "second_diffusion", none, |()| diffuse(&triangulation.graph, &outcome.tone, &second_phase, &control));
     measure(&mut group, "components_and_outlines", none, |()| {
         let components = components(&triangulation.graph, labels);
-        outline(&triangulation, labels, &components, &areas, (width, height), options.stipple_scale, &control)
+        outline(&triangulation, labels, &components, &areas, (width, height), shaping, &control)
     });
-    measure(&mut group, "svg", none, |()| to_svg(drawing));
+    measure(&mut group, "svg", none, |()| to_svg(drawing, &export));
     measure(&mut group, "rasterize", none, |()| rasterize(drawing, None));
     group.finish();
 }

@@ -3,8 +3,10 @@
 The photo is scikit-image's astronaut (a NASA portrait, public domain). Every picture is a strip of panels.
 """
 
+import re
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -23,6 +25,9 @@ SMOOTH = 4
 
 EYE = (190, 84, 230, 124)
 """The part in which single nodes can be seen."""
+
+FACE = (166, 66, 266, 166)
+"""The part that shows styles and inks."""
 
 
 def write(path: Path, panels: list[Image.Image], greys: int = 16) -> None:
@@ -67,6 +72,70 @@ def graph(sites: np.ndarray, edges: np.ndarray, grey: np.ndarray, part: tuple[in
     return image.resize(size, Image.Resampling.BOX)
 
 
+def stacked(drawing: gs.Drawing, part: tuple[int, int, int, int], scale: int, *, layered: bool) -> Image.Image:
+    """Return how many shapes of a file lie over each other in a part: white for none, and darker with each."""
+    left, top, right, bottom = part
+    fine = SMOOTH * scale
+    count = np.zeros((fine * (bottom - top), fine * (right - left)), np.int16)
+
+    def add(ring: np.ndarray, change: int) -> None:
+        points = (ring - (left, top)) * fine
+        first = np.clip(np.floor(points.min(axis=0)).astype(int), 0, count.shape[::-1])
+        last = np.clip(np.ceil(points.max(axis=0)).astype(int) + 1, 0, count.shape[::-1])
+        if (last > first).all():
+            mask = Image.new("1", (last[0] - first[0], last[1] - first[1]))
+            ImageDraw.Draw(mask).polygon([tuple(point) for point in points - first], fill=1)
+            count[first[1] : last[1], first[0] : last[0]] += change * np.asarray(mask)
+
+    for region in drawing.regions:
+        if layered or region.ink == 0:
+            add(region.exterior, 1)
+        if not layered and region.ink == 0:
+            for hole in region.holes:
+                add(hole, -1)
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    for dot in drawing.stipples:
+        if layered or dot["ink"] == 0:
+            add(circle * dot["radius"] + (dot["x"], dot["y"]), 1)
+    picture = Image.fromarray(np.clip(255 - 45 * count, 0, 255).astype(np.uint8))
+    return picture.resize((scale * (right - left), scale * (bottom - top)), Image.Resampling.BOX)
+
+
+def anchors(drawing: gs.Drawing) -> np.ndarray:
+    """Return the points that the curves of the black regions pass through, (n, 2), from the drawing's SVG."""
+    root = ElementTree.fromstring(drawing.svg())
+    group = next(group for group in root.iter() if group.get("id") == "black-regions")
+    scale = float(group.get("transform", "scale(1)").removeprefix("scale(").removesuffix(")"))
+    # How many numbers a command takes, of which the last two, or the one, lead to the next point.
+    counts = {"m": 2, "l": 2, "t": 2, "h": 1, "v": 1, "q": 4, "s": 4, "c": 6, "a": 7}
+    points = []
+    for path in group.iter("{http://www.w3.org/2000/svg}path"):
+        here = start = np.zeros(2)
+        for letter, text in re.findall(r"([a-z])([^a-z]*)", path.get("d", "")):
+            numbers = [float(number) for number in re.findall(r"-?(?:\d+\.?\d*|\.\d+)", text)]
+            if letter == "z":
+                here = start
+                continue
+            for step in range(0, len(numbers), counts[letter]):
+                x, y = (0.0, *numbers[step : step + counts[letter]])[-2:]
+                here = here + {"h": (y, 0.0), "v": (0.0, y)}.get(letter, (x, y))
+                start = here if letter == "m" and step == 0 else start
+                points.append(here * scale)
+    return np.array(points)
+
+
+def with_anchors(drawing: gs.Drawing, part: tuple[int, int, int, int], scale: int) -> Image.Image:
+    """Return a part of a drawing, its black in grey, with the points that its curves pass through."""
+    left, top, right, bottom = part
+    picture = np.asarray(drawn(drawing, part, SMOOTH * scale))
+    image = Image.fromarray((170 + picture / 3).astype(np.uint8))
+    canvas = ImageDraw.Draw(image)
+    for x, y in (anchors(drawing) - (left, top)) * scale * SMOOTH:
+        canvas.ellipse([x - 1.4 * SMOOTH, y - 1.4 * SMOOTH, x + 1.4 * SMOOTH, y + 1.4 * SMOOTH], fill=0)
+    return image.resize((scale * (right - left), scale * (bottom - top)), Image.Resampling.BOX)
+
+
 def main() -> None:
     """Draw everything."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "images"
@@ -105,6 +174,15 @@ def main() -> None:
     budget = gs.Options(nodes=20_000)
     maps = [gs.draw(photo, importance=importance, options=budget) for importance in ("none", "saliency", face)]
     write(folder / "importance.png", [drawn(one, HEAD, 2) for one in maps])
+
+    # docs/output.md: what lies over what, which ink on which paper, and how many points a tolerance leaves.
+    picture = drawn(drawing, FACE, 3)
+    write(folder / "styles.png", [picture, *(stacked(drawing, FACE, 3, layered=layered) for layered in (True, False))])
+    white = np.asarray(picture) / 255
+    black_on_grey, white_on_grey = (Image.fromarray(np.round(grey).astype(np.uint8)) for grey in (190 * white, 90 + 165 * white))
+    write(folder / "inks.png", [black_on_grey, white_on_grey, picture])
+    simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
+    write(folder / "tolerance.png", [with_anchors(one, EYE, 6) for one in simpler])
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import threading
 import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +68,47 @@ def test_save_by_suffix(drawing: gs.Drawing, tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "out.png")), drawing.rasterize())
     drawing.save(tmp_path / "wide.PNG", width=300)
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "wide.PNG")), drawing.rasterize(300))
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.png", "out.svg", "wide.PNG"]
+    drawing.save(tmp_path / "narrow.png", np.int64(64))
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "narrow.png")), drawing.rasterize(64))
+    others = {"out.pdf": b"%PDF-", "out.eps": b"%!PS-Adobe", "out.dxf": b"", "out.json": b"{"}
+    for name, beginning in others.items():
+        drawing.save(tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(beginning)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["narrow.png", "out.png", "out.svg", "wide.PNG", *others])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"width": "wide"}, 'width is "wide", but it must be a number'),
+        ({"width": "-5mm"}, 'width is "-5mm", but it must be'),
+        ({"width": 0}, "width is 0"),
+        ({"width": float("inf")}, "width is inf, but it must be finite"),
+        ({"width": True}, "width is True, but it must be a number of pixels or text"),
+        ({"width": [5]}, r"width is \[5\], but it must be a number of pixels or text"),
+        ({"margin": "1 parsec"}, 'margin is "1 parsec", but it must be'),
+        ({"margin": -1}, "margin is -1"),
+        ({"page": "A9"}, 'page is "A9", but it must be A3, A4'),
+        ({"page": 4}, "page is 4, but it must be text"),
+        ({"page": "A6", "width": "200mm"}, "page"),
+        ({"page": "A6", "margin": "60mm"}, "margin of 60mm"),
+        ({"dpi": 0}, "dpi is 0"),
+        ({"dpi": "fine"}, "dpi is 'fine', but it must be a number of pixels per inch"),
+        ({"style": "round"}, 'style is "round", but it must be "flat" or "layered"'),
+        ({"style": 1}, "style is 1, but it must be text"),
+        ({"inks": "red"}, 'inks is "red", but it must be .*"black"'),
+        ({"style": "layered", "inks": "white"}, "inks is white"),
+        ({"one_bit": "yes"}, "one_bit is 'yes', but it must be True or False"),
+    ],
+)
+def test_sizes_and_styles_that_are_none(drawing: gs.Drawing, tmp_path: Path, wrong: dict[str, Any], message: str) -> None:
+    for suffix in ("svg", "pdf", "png"):
+        with pytest.raises(gs.InvalidInputError, match=message):
+            drawing.save(tmp_path / f"out.{suffix}", **wrong)
+    if not {"dpi", "one_bit"} & set(wrong):
+        with pytest.raises(gs.InvalidInputError, match=message):
+            drawing.svg(**wrong)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_cannot_be_saved_leaves_nothing_behind(drawing: gs.Drawing, tmp_path: Path) -> None:
@@ -144,6 +185,14 @@ def test_the_stages_make_the_same_drawing(small: np.ndarray) -> None:
     assert [region.area for region in outline.regions] == [region.area for region in drawing.regions]
 
 
+def test_a_drawing_knows_what_made_it(small: np.ndarray) -> None:
+    options = gs.Options(k1=0.5, tolerance=0.5, threads=2)
+    drawing = gs.draw(small, options=options)
+    assert drawing.options == options
+    assert drawing.version == gs.__version__
+    assert repr(drawing) == (f"<graphstipple.Drawing 128 x 96: {len(drawing.stipples)} stipples, {len(drawing.regions)} regions>")
+
+
 def test_stats(drawing: gs.Drawing) -> None:
     stats = drawing.stats
     for name in ["stipples", "regions", "nodes", "vertices", "anchors", "coordinates", "width", "height"]:
@@ -154,7 +203,8 @@ def test_stats(drawing: gs.Drawing) -> None:
 
 
 def test_notebooks_get_exactly_one_picture(drawing: gs.Drawing, monkeypatch: pytest.MonkeyPatch, small: np.ndarray) -> None:
-    assert drawing._repr_svg_() == drawing.svg()
+    # The layered picture brings its own paper: black ink alone is lost on a dark page.
+    assert drawing._repr_svg_() == drawing.svg(style="layered")
     assert drawing._repr_png_() is None
     monkeypatch.setattr(drawing_module, "HEAVY_SVG_BYTES", 1000)
     heavy = gs.draw(small)

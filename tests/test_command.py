@@ -15,35 +15,17 @@ import numpy as np
 import pytest
 from PIL import Image
 from tests import oracles
+from tests.commands import FAILURE, USAGE, assert_one_sentence, done, native_binary, run
 from tests.support import GOLDEN, GOLDEN_CASES, ROOT, photo
 
 import graphstipple as gs
 
-FAILURE, USAGE = 1, 2
 CONSOLE_SCRIPT = Path(sysconfig.get_path("scripts")) / "graphstipple"
-
-
-def run(program: Path, *arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
-    command = [program, *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, timeout=120, stdin=subprocess.DEVNULL, check=False)
-
-
-def done(program: Path, *arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
-    result = run(program, *arguments, cwd=cwd)
-    assert result.returncode == 0, result.stderr.decode()
-    return result
 
 
 @pytest.fixture(scope="session")
 def command() -> Path:
-    """Return the native binary: GRAPHSTIPPLE_BINARY, or the newest one under target/."""
-    given = os.environ.get("GRAPHSTIPPLE_BINARY")
-    if given:
-        return Path(given)
-    found = [path for kind in ("release", "debug") if (path := ROOT / "target" / kind / "graphstipple").is_file()]
-    if not found:
-        pytest.fail("no native binary: build it (cargo build --release) or set GRAPHSTIPPLE_BINARY")
-    return max(found, key=lambda path: path.stat().st_mtime)
+    return native_binary()
 
 
 @pytest.fixture(scope="session", params=["native", "console script"])
@@ -124,12 +106,12 @@ def test_importance_by_name(command, photos, tmp_path, importance):
         ),
         (["--gamma", 1.4, "--contrast", 1.2, "--invert"], {"gamma": 1.4, "contrast": 1.2, "invert": True}),
         (
-            ["--importance-alpha", 0.8, "--alpha", "dynamic", "--stipple-scale", 0.7],
-            {"importance_alpha": 0.8, "stipple_scale": 0.7},
+            ["--importance-alpha", 0.8, "--alpha", "dynamic", "--stipple-scale", 0.7, "--tolerance", 0.5],
+            {"importance_alpha": 0.8, "stipple_scale": 0.7, "tolerance": 0.5},
         ),
         (["--nodes-per-pixel", 0.2, "--relax", 0], {"nodes_per_pixel": 0.2, "relax": 0}),
     ],
-    ids=["diffusion", "tone", "alphas", "budget"],
+    ids=["diffusion", "tone", "alphas and outlines", "budget"],
 )
 def test_every_option_means_the_same(command, photos, tmp_path, arguments, options):
     done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", *arguments)
@@ -169,6 +151,19 @@ def test_png_and_preview_are_the_raster(program, photos, tmp_path):
     assert (tmp_path / "python.svg").read_bytes() == (tmp_path / "out.svg").read_bytes()
 
 
+@pytest.mark.parametrize("suffix", ["svg", "pdf", "eps", "dxf", "png", "json"])
+@pytest.mark.parametrize(
+    "keywords",
+    [{}, {"width": "120mm", "margin": "5mm"}, {"style": "layered", "page": "A5"}, {"inks": "white", "width": 300}],
+    ids=["plain", "size", "layered", "white"],
+)
+def test_every_format_is_the_file_of_python(command, photos, tmp_path, suffix, keywords):
+    arguments = [part for name, value in keywords.items() for part in (f"--{name}", value)]
+    done(command, photos / "coffee.png", "-o", tmp_path / f"out.{suffix}", *arguments)
+    gs.draw(photos / "coffee.png").save(tmp_path / f"python.{suffix}", **keywords)
+    assert (tmp_path / f"out.{suffix}").read_bytes() == (tmp_path / f"python.{suffix}").read_bytes()
+
+
 def test_a_dash_writes_svg_to_standard_output(program, photos, tmp_path):
     result = done(program, photos / "coffee.png", "-o", "-", cwd=tmp_path)
     assert result.stdout.decode() == gs.draw(photos / "coffee.png").svg()
@@ -199,6 +194,8 @@ def test_help_and_version(program):
     for option in ("--importance", "--importance-alpha", "--alpha", "--lattice", "--gamma", "--contrast", "--invert", "--threads"):
         assert option in text
     for option in ("--stipple-scale", "--background", "--preview", "--preview-width", "--stats", "--output"):
+        assert option in text
+    for option in ("--style", "--inks", "--one-bit", "--tolerance", "--width", "--margin", "--page", "--dpi", "--min-dot"):
         assert option in text
     assert gs.__version__ in done(program, "--version").stdout.decode()
 
@@ -236,17 +233,6 @@ def bad_files(photos, tmp_path_factory) -> Path:
     (folder / "folder.png").mkdir()
     (folder / "good.png").write_bytes(png)
     return folder
-
-
-def assert_one_sentence(result: subprocess.CompletedProcess[bytes], code: int) -> None:
-    assert result.returncode == code, result.stderr.decode()
-    message = result.stderr.decode()
-    assert message.endswith("\n")
-    assert "panicked" not in message
-    assert result.stdout == b""
-    if code == FAILURE:
-        assert message.count("\n") == 1
-        assert 15 < len(message) < 400
 
 
 BAD_INPUTS = ["missing.png", "empty.png", "truncated.jpg", "head.jpg", "truncated.png", "text.png", "folder.png"]
@@ -319,6 +305,20 @@ def test_a_missing_preview_folder_leaves_nothing(program, bad_files, tmp_path):
         ["-o", "out.svg", "--importance", "constant:nan"],
         ["-o", "out.svg", "--preview", "preview.png", "--preview-width", "0"],
         ["-o", "out.svg", "--dense"],
+        ["-o", "out.svg", "--tolerance", "2.5"],
+        ["-o", "out.svg", "--style", "round"],
+        ["-o", "out.svg", "--style", "layered", "--inks", "white"],
+        ["-o", "out.svg", "--inks", "red"],
+        ["-o", "out.svg", "--one-bit"],
+        ["-o", "-", "--dpi", "300"],
+        ["-o", "out.png", "--dpi", "0"],
+        ["-o", "out.svg", "--width", "wide"],
+        ["-o", "out.svg", "--width", "0mm"],
+        ["-o", "out.svg", "--width", "-5"],
+        ["-o", "out.pdf", "--width", "101000mm"],
+        ["-o", "out.svg", "--margin", "-1mm"],
+        ["-o", "out.svg", "--page", "A9"],
+        ["-o", "out.svg", "--min-dot", "small"],
     ],
     ids=" ".join,
 )

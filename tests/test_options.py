@@ -24,7 +24,7 @@ def test_defaults_are_rusts() -> None:
 
 def test_paper_is_rusts_and_changes_apply() -> None:
     assert known_to_rust(gs.Options.paper()) == json.loads(_core.paper_options())
-    assert gs.Options.paper(relax=2, density=0.5) == gs.Options(density=0.5, relax=2)
+    assert gs.Options.paper(relax=2, density=0.5) == gs.Options(density=0.5, relax=2, tolerance=0)
 
 
 def test_options_are_frozen_hashable_and_replaceable() -> None:
@@ -57,6 +57,9 @@ def test_numpy_scalars_are_numbers() -> None:
         ({"importance_alpha": -0.1}, "importance_alpha is -0.1"),
         ({"lattice": "triangular"}, "must be `hexagonal` or `square`"),
         ({"stipple_scale": 5}, "stipple_scale is 5"),
+        ({"tolerance": -0.1}, "tolerance is -0.1, but it must be between 0 and 2"),
+        ({"tolerance": 2.5}, "tolerance is 2.5"),
+        ({"tolerance": "fine"}, 'tolerance is "fine", but it must be a number'),
         ({"gamma": 0}, "gamma is 0"),
         ({"contrast": 11}, "contrast is 11"),
         ({"invert": "yes"}, "invert is"),

@@ -13,8 +13,14 @@ Everywhere, x runs right and y runs down, in pixels of the input image; the pixe
 from graphstipple import stages
 from graphstipple._core import __version__
 from graphstipple._draw import draw
-from graphstipple._errors import GraphStippleError, ImageFileError, ImageFileNotFoundError, InvalidInputError
-from graphstipple.drawing import Drawing, Graph, Region
+from graphstipple._errors import (
+    GraphStippleError,
+    ImageFileError,
+    ImageFileNotFoundError,
+    InvalidInputError,
+    MissingPackageError,
+)
+from graphstipple.drawing import Drawing, Graph, Region, load
 from graphstipple.importance import saliency
 from graphstipple.options import Options
 
@@ -25,10 +31,12 @@ __all__ = [
     "ImageFileError",
     "ImageFileNotFoundError",
     "InvalidInputError",
+    "MissingPackageError",
     "Options",
     "Region",
     "__version__",
     "draw",
+    "load",
     "saliency",
     "stages",
 ]

@@ -10,8 +10,12 @@ class InvalidInputError(GraphStippleError, ValueError):
 
 
 class ImageFileError(GraphStippleError, OSError):
-    """A file cannot be read as an image, or a drawing cannot be written."""
+    """A file cannot be read as an image or as a drawing, or a drawing cannot be written."""
 
 
 class ImageFileNotFoundError(ImageFileError, FileNotFoundError):
     """The file, or the folder to write to, does not exist."""
+
+
+class MissingPackageError(GraphStippleError, ImportError):
+    """What was asked for needs a package that is not installed; the message says which."""

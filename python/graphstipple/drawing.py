@@ -1,20 +1,33 @@
-"""The drawing: pictures and files of it, its marks as data, and what the stages made on the way to it."""
+"""The drawing: pictures and files of it, its marks as data, what the stages made on the way to it, and reading it again."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
-from graphstipple._errors import InvalidInputError
+from graphstipple._errors import GraphStippleError, InvalidInputError, MissingPackageError
 from graphstipple.options import Options
+
+if TYPE_CHECKING:
+    import shapely
+
+Length: TypeAlias = "float | str"
+"""Pixels (1/96 inch each on paper), or text with a unit: "200mm", "20cm", "8in", "600pt", "800px"."""
+
+Style: TypeAlias = Literal["flat", "layered"]
+"""How a vector file expresses the picture."""
+
+Inks: TypeAlias = Literal["black", "white", "both"]
+"""What a flat vector file is written with."""
 
 HEAVY_SVG_BYTES = 2_000_000
 """Above this, a notebook shows the PNG: browsers take seconds for larger SVGs, and every notebook file would hold them."""
@@ -87,7 +100,7 @@ class _Regions(Sequence[Region]):
 
 
 class Drawing:
-    """A drawing of stipples and regions, as `draw` returns it."""
+    """A drawing of stipples and regions, as `draw` and `load` return it."""
 
     def __init__(self, core: _core.Drawing, options: Options, seconds: dict[str, float]) -> None:
         self._core = core
@@ -109,28 +122,103 @@ class Drawing:
         """The options that it was made with."""
         return self._options
 
-    def save(self, path: str | os.PathLike[str], width: int | None = None) -> None:
-        """Write the drawing to a file: SVG or PNG by suffix. The file is written whole or not at all.
+    @property
+    def version(self) -> str:
+        """The version of graphstipple that made it."""
+        version: str = json.loads(self._core.provenance())["version"]
+        return version
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        width: Length | None = None,
+        *,
+        margin: Length | None = None,
+        page: str | None = None,
+        dpi: float | None = None,
+        style: Style = "flat",
+        inks: Inks = "black",
+        one_bit: bool = False,
+    ) -> None:
+        """Write the drawing to a file: .svg, .pdf, .eps, .dxf, .png or .json. The file is written whole or not at all.
+
+        Lengths are numbers of pixels or text with a unit (mm, cm, in, pt, px); on paper, a pixel is 1/96 inch. JSON has no size.
 
         Parameters
         ----------
         path : str or path
             Where to; an existing file is replaced.
-        width : int, optional
-            Width of a PNG in pixels; by default the image's own.
+        width : float or str, optional
+            Width of the drawing, without margins; the height follows. By default as large as the page allows, without a page one
+            pixel for a pixel of the canvas. For a PNG, a number is the width in pixels.
+        margin : float or str, optional
+            Paper on all four sides of the drawing; on a page, the least of it.
+        page : str, optional
+            "A3", "A4", "A5", "A6", "letter", "legal", "tabloid", turned to the drawing's format, or width x height such as
+            "300x200mm". The drawing is centred on it. By default the page is the drawing with its margins.
+        dpi : float, optional
+            Pixels per inch of a PNG, 1 to 10000, by default 300 where a width or page is given in other units than pixels;
+            written into the file.
+        style : {"flat", "layered"}
+            How vector formats express the picture: as disjoint areas with holes, or as white over black over white.
+        inks : {"black", "white", "both"}
+            What a flat vector file is written with: black on white paper, white on black paper, or both in layers of their own.
+        one_bit : bool
+            Whether a PNG holds black and white alone, one bit a pixel.
 
         Raises
         ------
         InvalidInputError
-            If the suffix is not known, or the width is out of range or given for a vector format.
+            If the suffix is not known, a value breaks its rule, the drawing does not fit on the page, or `dpi` or `one_bit` is
+            given for another format than PNG.
         ImageFileError
             If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
         """
-        self._core.save(os.fsdecode(path), _checked_width(width))
+        export = _export_json(width, margin, page, dpi, style=style, inks=inks, one_bit=one_bit)
+        self._core.save(os.fsdecode(path), export)
 
-    def svg(self) -> str:
-        """Return the drawing as an SVG document."""
-        return self._core.svg()
+    def svg(
+        self,
+        *,
+        width: Length | None = None,
+        margin: Length | None = None,
+        page: str | None = None,
+        style: Style = "flat",
+        inks: Inks = "black",
+    ) -> str:
+        """Return the drawing as an SVG document, the same that `save` writes with these parameters."""
+        return self._core.svg(_export_json(width, margin, page, style=style, inks=inks))
+
+    def json(self) -> str:
+        """Return the drawing as a JSON document, the same that `save` writes: canvas, stipples, regions, curves, options."""
+        return self._core.json()
+
+    def with_min_dot(
+        self, length: Length, *, width: Length | None = None, margin: Length | None = None, page: str | None = None
+    ) -> Drawing:
+        """Return the drawing without dots that a pen, a drill or a screen cannot make.
+
+        Smaller dots are enlarged, but only as far as they touch nothing; where that is not far enough they are dropped and
+        what surrounds them fills their place. How many is in the new drawing's `stats`: `dots_enlarged` and `dots_dropped`.
+
+        Parameters
+        ----------
+        length : float or str
+            Least radius of a dot on paper, such as "0.3mm". A number is pixels: those of the canvas when no size is given.
+        width, margin, page
+            The size that the drawing will be saved at, as for `save`.
+
+        Returns
+        -------
+        Drawing
+
+        Raises
+        ------
+        InvalidInputError
+            As `save`.
+        """
+        core = self._core.with_min_dot(json.dumps(_length("min_dot", length)), _export_json(width, margin, page))
+        return Drawing(core, self._options, self._seconds)
 
     def rasterize(self, width: int | None = None) -> npt.NDArray[np.uint8]:
         """Return the drawing as antialiased grey pixels.
@@ -162,40 +250,111 @@ class Drawing:
         """The regions of the flat picture, each built when it is asked for."""
         return _Regions(self._core)
 
+    def to_shapely(self, ink: Literal["black", "white"] = "black") -> shapely.MultiPolygon:
+        """Return all areas of an ink as one shapely geometry, for plotters, maps and measurements.
+
+        Its polygons are the regions of that ink with their holes, in the order of `regions`, then the stipples, in the order of
+        `stipples`, as polygons: curves are flattened to within 0.05 px and neighbours share their points. So the polygons of both
+        inks are disjoint and their areas add up to the canvas. Coordinates are pixels of the canvas, y running down.
+
+        Parameters
+        ----------
+        ink : {"black", "white"}
+            Which ink.
+
+        Returns
+        -------
+        shapely.MultiPolygon
+
+        Raises
+        ------
+        MissingPackageError
+            If shapely is not installed.
+        InvalidInputError
+            If there is no such ink.
+        """
+        if ink not in {"black", "white"}:
+            raise InvalidInputError(f'ink is {ink!r}, but it must be "black" or "white"')
+        try:
+            import shapely  # noqa: PLC0415  # only this method needs it
+        except ImportError as error:
+            raise MissingPackageError(f"to_shapely needs the package shapely ({error}): pip install shapely") from error
+        points, ring_of_point, area_of_ring = self._core.polygons(["black", "white"].index(ink))
+        rings = shapely.linearrings(points, indices=ring_of_point)
+        return shapely.multipolygons(shapely.polygons(rings, indices=area_of_ring))
+
     @cached_property
     def stats(self) -> dict[str, Any]:
-        """Counts (stipples, regions, nodes, vertices, anchors, coordinates, ...) and the seconds that every stage took."""
+        """What was counted (stipples, regions, nodes, vertices, anchors, coordinates, ...), and the seconds that every stage took.
+
+        A drawing that was loaded has the counts that it tells itself, and no seconds.
+        """
         stats: dict[str, Any] = json.loads(self._core.stats())
-        seconds = stats["seconds"]
-        seconds.update(self._seconds)
-        seconds["total"] = seconds.get("total", 0.0) + sum(self._seconds.values())
+        if "seconds" in stats:
+            seconds = stats["seconds"]
+            seconds.update(self._seconds)
+            seconds["total"] = seconds.get("total", 0.0) + sum(self._seconds.values())
         return stats
 
     @cached_property
     def graph(self) -> Graph:
-        """The second graph: sites, edges, tone, labels and components of its nodes."""
-        core = self._core
-        return Graph(core.sites(), core.edges(), core.tone(), core.labels(), core.components())
+        """The second graph: sites, edges, tone, labels and components of its nodes. A drawing that was loaded has none."""
+        graph = self._core.graph()
+        if graph is None:
+            raise GraphStippleError("this drawing was loaded from a file, which holds no graph: draw the photo again to get it")
+        return Graph(*graph)
 
     @cached_property
     def importance(self) -> npt.NDArray[np.float32]:
-        """The importance on the canvas, (height, width) in [0, 1], before the node budget's factor."""
-        return self._core.importance()
+        """The importance on the canvas, (height, width) in [0, 1], before the node budget's factor. A loaded drawing has none."""
+        importance = self._core.importance()
+        if importance is None:
+            raise GraphStippleError(
+                "this drawing was loaded from a file, which holds no importance: draw the photo again to get it"
+            )
+        return importance
 
     def __repr__(self) -> str:
-        return f"<graphstipple.Drawing {self.width} x {self.height}: {len(self._core.labels())} nodes, {len(self.regions)} regions>"
+        counts = f"{self._core.stipple_count} stipples, {self._core.region_count} regions"
+        return f"<graphstipple.Drawing {self.width} x {self.height}: {counts}>"
 
     @cached_property
     def _light_svg(self) -> str | None:
-        """The SVG, unless it is heavy."""
-        svg = self.svg()
+        """The SVG, unless it is heavy. Layered, because that brings its own paper: black ink alone is lost on a dark page."""
+        svg = self.svg(style="layered")
         return svg if len(svg) <= HEAVY_SVG_BYTES else None
 
     def _repr_svg_(self) -> str | None:
         return self._light_svg
 
     def _repr_png_(self) -> bytes | None:
-        return self._core.png(min(self.width, NOTEBOOK_WIDTH)) if self._light_svg is None else None
+        return self._core.png(_export_json(min(self.width, NOTEBOOK_WIDTH))) if self._light_svg is None else None
+
+
+def load(path: str | os.PathLike[str]) -> Drawing:
+    """Read a drawing again from a .json or .svg file that graphstipple wrote.
+
+    It is the same drawing: regions, stipples, options and version, and so every file of it. What the file does not hold is the
+    graph and the importance. An SVG that another program has changed may be refused.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    Drawing
+
+    Raises
+    ------
+    InvalidInputError
+        If the suffix is neither .json nor .svg.
+    ImageFileError
+        If the file cannot be read or holds no drawing of graphstipple; `ImageFileNotFoundError` if there is none.
+    """
+    core = _core.load(os.fsdecode(path))
+    return Drawing(core, Options(**json.loads(core.provenance())["options"]), {})
 
 
 def stipple_array(circles: npt.NDArray[np.float64], inks: npt.NDArray[np.uint8]) -> npt.NDArray[np.void]:
@@ -213,3 +372,45 @@ def _checked_width(width: object) -> int | None:
     if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width < 2**31:
         raise InvalidInputError(f"width is {width!r}, but it must be a whole number of pixels, at least 1")
     return int(width)
+
+
+def _export_json(
+    width: Length | None = None,
+    margin: Length | None = None,
+    page: str | None = None,
+    dpi: float | None = None,
+    *,
+    style: str = "flat",
+    inks: str = "black",
+    one_bit: bool = False,
+) -> str:
+    """Return how a file is to be written, in the form in which the core takes it. Left out is what has the core's default."""
+    if page is not None and not isinstance(page, str):
+        raise InvalidInputError(f'page is {page!r}, but it must be text such as "A4" or "300x200mm"')
+    for name, word in (("style", style), ("inks", inks)):
+        if not isinstance(word, str):
+            raise InvalidInputError(f"{name} is {word!r}, but it must be text")
+    if not isinstance(one_bit, (bool, np.bool_)):
+        raise InvalidInputError(f"one_bit is {one_bit!r}, but it must be True or False")
+    sizes = {
+        "width": None if width is None else _length("width", width),
+        "margin": None if margin is None else _length("margin", margin),
+        "page": page,
+        "dpi": None if dpi is None else _number("dpi", dpi, "a number of pixels per inch"),
+    }
+    layout = {name: value for name, value in sizes.items() if value is not None}
+    return json.dumps({"layout": layout, "style": style, "inks": inks, "one_bit": bool(one_bit)})
+
+
+def _length(name: str, value: object) -> float | str:
+    """Return a length that JSON can hold; Rust checks the rest."""
+    return value if isinstance(value, str) else _number(name, value, 'a number of pixels or text with a unit such as "200mm"')
+
+
+def _number(name: str, value: object, wanted: str) -> float:
+    """Return a finite number; what JSON cannot hold is said in our words."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise InvalidInputError(f"{name} is {value!r}, but it must be {wanted}")
+    if not math.isfinite(value):
+        raise InvalidInputError(f"{name} is {value}, but it must be finite")
+    return float(value)

@@ -46,6 +46,9 @@ class Options:
         everywhere, 0 (thresholding) to 1 (halftoning).
     stipple_scale : float
         A stipple's area relative to its node's cell, above 0, at most 4.
+    tolerance : float
+        How far a region's outline may lie from the one through all midpoints when it is drawn with fewer points, in pixels,
+        0 to 2; 0 keeps every midpoint.
     gamma : float
         The tone is raised to the power 1 / gamma (above 1 brightens), 0.1 to 10.
     contrast : float
@@ -76,6 +79,7 @@ class Options:
     importance_alpha: Literal["dynamic"] | float = "dynamic"
     alpha: Literal["dynamic"] | float = "dynamic"
     stipple_scale: float = 1.0
+    tolerance: float = 0.25
     gamma: float = 1.0
     contrast: float = 1.0
     invert: bool = False
@@ -95,7 +99,7 @@ class Options:
 
     @classmethod
     def paper(cls, **changes: Any) -> Options:
-        """Return the paper's settings: density 1 and no node budget, with single ones changed by keyword.
+        """Return the paper's settings: density 1, no node budget, tolerance 0, with single ones changed by keyword.
 
         Parameters
         ----------

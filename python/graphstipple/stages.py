@@ -303,6 +303,7 @@ def outline(
     *,
     areas: npt.ArrayLike | None = None,
     stipple_scale: float = 1.0,
+    tolerance: float = 0.25,
 ) -> Outline:
     """Return the stipples and regions of labelled sites (docs/method.md).
 
@@ -318,17 +319,19 @@ def outline(
         Cell area of every node in px^2; by default by `cells`.
     stipple_scale : float
         A stipple's area relative to its node's cell, above 0, at most 4.
+    tolerance : float
+        How far an outline may lie from the one through all midpoints, in pixels, 0 to 2; 0 keeps every midpoint.
 
     Returns
     -------
     Outline
     """
     positions = _sites(sites)
-    scale = Options(stipple_scale=stipple_scale).stipple_scale
+    options = Options(stipple_scale=stipple_scale, tolerance=tolerance)
     cell_areas = cells(positions, width, height).areas if areas is None else _array("areas", areas, np.float64, 1)
     values = _array("labels", labels, np.uint8, 1)
     canvas = _count("width", width), _count("height", height)
-    stipples, regions = _core.outline(positions, values, cell_areas, *canvas, scale)
+    stipples, regions = _core.outline(positions, values, cell_areas, *canvas, options._json())
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
 
 

@@ -5,7 +5,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use graphstipple_core::export::Export;
 use graphstipple_core::importance::Source;
+use graphstipple_core::layers::{Inks, Style};
+use graphstipple_core::layout::{Layout, Length, Page};
 use graphstipple_core::{Alpha, LatticeKind, Options, field, tone};
 
 use crate::error::{Error, Result};
@@ -21,13 +24,22 @@ pub(crate) struct Arguments {
     /// Image to draw: PNG, JPEG, TIFF or WebP; - reads standard input
     pub(crate) photo: PathBuf,
 
-    /// File to write, .svg or .png by its suffix; - writes SVG to standard output
+    /// File to write, .svg, .pdf, .eps, .dxf, .png or .json by its suffix; - writes SVG to standard output
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub(crate) output: PathBuf,
 
-    /// Width of a .png output in pixels, 1 to 65535; default: the photo's
-    #[arg(long, value_name = "PIXELS", value_parser = parse_width, help_heading = "Output")]
-    pub(crate) width: Option<usize>,
+    /// How a vector file expresses the picture: flat (disjoint areas with holes) or layered (black over white over black);
+    /// default flat
+    #[arg(long, value_name = "STYLE", value_parser = parse_style, help_heading = "Output")]
+    style: Option<Style>,
+
+    /// What a flat vector file is drawn with: black (on white paper), white (on black paper) or both; default black
+    #[arg(long, value_name = "INKS", value_parser = parse_inks, help_heading = "Output")]
+    inks: Option<Inks>,
+
+    /// Write black and white alone to a .png, one bit a pixel, instead of grey edges
+    #[arg(long, help_heading = "Output")]
+    one_bit: bool,
 
     /// Also write a .png of the drawing
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -44,6 +56,29 @@ pub(crate) struct Arguments {
     /// Show no progress bar; without it there is one on a terminal, after a second of work
     #[arg(long, help_heading = "Output")]
     pub(crate) quiet: bool,
+
+    /// Width of the drawing without margins: a number with mm, cm, in, pt or px (1/96 inch, in a .png a pixel), px by itself;
+    /// default: as large as fits the page, or a px for each of the photo's pixels
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_negative_numbers = true, help_heading = "Size on paper")]
+    width: Option<Length>,
+
+    /// Empty paper on all four sides; default 0
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_negative_numbers = true, help_heading = "Size on paper")]
+    margin: Option<Length>,
+
+    /// Sheet with the drawing in its middle: A3, A4, A5, A6, letter, legal, tabloid (turned as the photo is), or a size such as
+    /// 300x200mm; default: the drawing and its margins
+    #[arg(long, value_name = "PAGE", value_parser = parse_page, help_heading = "Size on paper")]
+    page: Option<Page>,
+
+    /// Pixels per inch of a .png, 1 to 10000; default: 300 if the width or the page has another unit than px
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Size on paper")]
+    dpi: Option<f64>,
+
+    /// Least radius of a dot on paper: smaller dots are enlarged where that touches nothing, and dropped where it would;
+    /// default: as they are
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_negative_numbers = true, help_heading = "Size on paper")]
+    min_dot: Option<Length>,
 
     /// Start from the settings of the paper (density 1, no node budget); other options change single ones
     #[arg(long, help_heading = "Nodes")]
@@ -107,6 +142,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
     stipple_scale: Option<f64>,
 
+    /// How far curves may leave the boundaries that they smooth, in pixels, 0 (keep every point) to 2; default 0.25
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, help_heading = "Outlines")]
+    tolerance: Option<f64>,
+
     /// Brightens above 1, darkens below, 0.1 to 10; default 1
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
     gamma: Option<f64>,
@@ -139,6 +178,10 @@ pub(crate) struct Job {
     pub(crate) options: Options,
     /// The options' background.
     pub(crate) background: [u8; 3],
+    /// What the output is written with.
+    pub(crate) export: Export,
+    /// The least radius of a stipple on paper.
+    pub(crate) min_dot: Option<Length>,
 }
 
 /// Where the drawing goes.
@@ -149,9 +192,16 @@ pub(crate) enum Output {
     File {
         path: PathBuf,
         format: Format,
-        /// Of a PNG, in pixels.
-        width: Option<usize>,
     },
+}
+
+impl Output {
+    pub(crate) fn format(&self) -> Format {
+        match self {
+            Self::Standard => Format::Svg,
+            Self::File { format, .. } => *format,
+        }
+    }
 }
 
 impl Arguments {
@@ -168,12 +218,10 @@ impl Arguments {
         let output = if self.output == Path::new(STANDARD) {
             Output::Standard
         } else {
-            let format = Format::of_path(&self.output)?;
-            Output::File { path: self.output.clone(), format, width: self.width }
+            Output::File { format: Format::of_path(&self.output)?, path: self.output.clone() }
         };
-        if self.width.is_some() && !matches!(output, Output::File { format: Format::Png, .. }) {
-            return Err(Error::Usage("--width is for a .png output: an SVG has no width in pixels (see --preview-width)".into()));
-        }
+        let export = self.export();
+        output.format().check(&export).map_err(in_flags)?;
         if let Some(preview) = &self.preview {
             if Format::of_path(preview)? != Format::Png {
                 return Err(Error::Usage(format!("{}: the suffix of a preview must be .png", preview.display())));
@@ -195,7 +243,16 @@ impl Arguments {
             }
         }
         let preview = self.preview.clone().map(|path| (path, self.preview_width));
-        Ok(Job { photo, output, preview, importance, options, background })
+        Ok(Job { photo, output, preview, importance, options, background, export, min_dot: self.min_dot })
+    }
+
+    fn export(&self) -> Export {
+        Export {
+            style: self.style.unwrap_or_default(),
+            inks: self.inks.unwrap_or_default(),
+            layout: Layout { width: self.width, margin: self.margin.unwrap_or_default(), page: self.page, dpi: self.dpi },
+            one_bit: self.one_bit,
+        }
     }
 
     fn options(&self) -> Options {
@@ -218,6 +275,7 @@ impl Arguments {
         set(&mut options.importance_alpha, self.importance_alpha);
         set(&mut options.alpha, self.alpha);
         set(&mut options.stipple_scale, self.stipple_scale);
+        set(&mut options.tolerance, self.tolerance);
         set(&mut options.gamma, self.gamma);
         set(&mut options.contrast, self.contrast);
         set(&mut options.invert, self.invert.then_some(true));
@@ -228,7 +286,7 @@ impl Arguments {
 }
 
 /// Names the flag instead of the core's option.
-fn in_flags(error: graphstipple_core::Error) -> Error {
+pub(crate) fn in_flags(error: graphstipple_core::Error) -> Error {
     match error {
         graphstipple_core::Error::Option { option, value, allowed } => {
             Error::Usage(format!("--{} is {value}, but it must be {allowed}", option.replace('_', "-")))
@@ -241,6 +299,39 @@ fn parse_width(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(width) if (1..=field::MAX_SIDE).contains(&width) => Ok(width),
         _ => Err(format!("it must be between 1 and {} pixels", field::MAX_SIDE)),
+    }
+}
+
+fn parse_length(text: &str) -> Result<Length, String> {
+    text.parse().map_err(rule)
+}
+
+fn parse_page(text: &str) -> Result<Page, String> {
+    text.parse().map_err(rule)
+}
+
+/// What is allowed: the flag and the value are told by the parser of the arguments.
+fn rule(error: graphstipple_core::Error) -> String {
+    match error {
+        graphstipple_core::Error::Option { allowed, .. } => format!("it must be {allowed}"),
+        other => other.to_string(),
+    }
+}
+
+fn parse_style(text: &str) -> Result<Style, String> {
+    match text {
+        "flat" => Ok(Style::Flat),
+        "layered" => Ok(Style::Layered),
+        _ => Err("it must be flat or layered".into()),
+    }
+}
+
+fn parse_inks(text: &str) -> Result<Inks, String> {
+    match text {
+        "black" => Ok(Inks::Black),
+        "white" => Ok(Inks::White),
+        "both" => Ok(Inks::Both),
+        _ => Err("it must be black, white or both".into()),
     }
 }
 
@@ -286,7 +377,7 @@ mod tests {
     #[test]
     fn every_option_arrives() {
         let all = "--lattice square --density 1.5 --nodes 60000 --relax 2 --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 \
-                   --importance-alpha 0.5 --alpha 1 --stipple-scale 0.9 --gamma 1.1 --contrast 1.2 --invert --threads 2 \
+                   --importance-alpha 0.5 --alpha 1 --stipple-scale 0.9 --tolerance 0.5 --gamma 1.1 --contrast 1.2 --invert --threads 2 \
                    --background #0aF01b";
         let expected = Options {
             lattice: LatticeKind::Square,
@@ -302,6 +393,7 @@ mod tests {
             importance_alpha: Alpha::Constant(0.5),
             alpha: Alpha::Constant(1.0),
             stipple_scale: 0.9,
+            tolerance: 0.5,
             gamma: 1.1,
             contrast: 1.2,
             invert: true,
@@ -315,13 +407,34 @@ mod tests {
     }
 
     #[test]
+    fn what_the_output_is_written_with_arrives() {
+        assert_eq!(job("").unwrap().export, Export::default());
+        let all =
+            "-o out.png --style layered --inks both --one-bit --width 20cm --margin 5mm --page letter --dpi 600 --min-dot 0.3mm";
+        let words = ["graphstipple", "photo.png"].into_iter().chain(all.split_whitespace());
+        let found = Arguments::try_parse_from(words).unwrap().job().unwrap();
+        let length = |text: &str| text.parse::<Length>().unwrap();
+        let layout =
+            Layout { width: Some(length("20cm")), margin: length("5mm"), page: Some("letter".parse().unwrap()), dpi: Some(600.0) };
+        assert_eq!(found.export, Export { style: Style::Layered, inks: Inks::Both, layout, one_bit: true });
+        assert_eq!(found.min_dot, Some(length("0.3mm")));
+    }
+
+    #[test]
     fn ranges_are_told_by_the_flags_name() {
         for (arguments, message) in [
             ("--detail-gain -1", "--detail-gain is -1, but it must be between 0 and 1000"),
             ("--gamma NaN", "--gamma is NaN, but it must be between 0.1 and 10"),
             ("--alpha 1.5", "--alpha is 1.5, but it must be \"dynamic\" or a number between 0 and 1"),
             ("--importance constant:2", "--importance is constant:2, but it must be constant:V with V above 0 and at most 1"),
-            ("--width 10", "--width is for a .png output: an SVG has no width in pixels (see --preview-width)"),
+            ("--width 0mm", "--width is 0mm, but it must be between 0.1mm and 100000mm"),
+            ("--margin 1e9", "--margin is 1000000000px, but it must be between 0 and 100000mm"),
+            ("--dpi 300", "--dpi is 300, but it must be left out unless the file is a .png: the others have no pixels"),
+            ("--one-bit", "--one-bit is true, but it must be left out unless the file is a .png: the others have no pixels"),
+            (
+                "--style layered --inks white",
+                "--inks is white, but it must be left out when style is layered: a layered drawing has both inks",
+            ),
             ("--preview out.svg", "out.svg: the suffix of a preview must be .png"),
         ] {
             let error = job(arguments).unwrap_err();

@@ -8,17 +8,26 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use graphstipple_core::{Drawing, Field, decode, raster, svg};
+use graphstipple_core::export::Export;
+use graphstipple_core::{Drawing, Field, decode, dxf, eps, json, load, pdf, raster, svg};
 
 use crate::error::{Error, Result};
 
 /// What a drawing is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// Vector, layered: `.svg`.
+    /// Vector: `.svg`.
     Svg,
-    /// 8-bit greyscale raster: `.png`.
+    /// Vector, a page: `.pdf`.
+    Pdf,
+    /// Vector, PostScript: `.eps`.
+    Eps,
+    /// Outlines for cutters and CAD: `.dxf`.
+    Dxf,
+    /// Greyscale or 1-bit raster: `.png`.
     Png,
+    /// The drawing as data for programs: `.json`.
+    Json,
 }
 
 impl Format {
@@ -29,12 +38,38 @@ impl Format {
     pub fn of_path(path: &Path) -> Result<Self> {
         match path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase).as_deref() {
             Some("svg") => Ok(Self::Svg),
+            Some("pdf") => Ok(Self::Pdf),
+            Some("eps") => Ok(Self::Eps),
+            Some("dxf") => Ok(Self::Dxf),
             Some("png") => Ok(Self::Png),
-            Some(_) => Err(Error::Usage(format!("{}: the suffix must be .svg or .png", path.display()))),
-            None => Err(Error::Usage(format!("{}: the file name needs a suffix, .svg or .png", path.display()))),
+            Some("json") => Ok(Self::Json),
+            Some(_) => Err(Error::Usage(format!("{}: the suffix must be {SUFFIXES}", path.display()))),
+            None => Err(Error::Usage(format!("{}: the file name needs a suffix, {SUFFIXES}", path.display()))),
         }
     }
+
+    /// Checks what a file of this format is to be written with, as far as it can be without the drawing.
+    ///
+    /// # Errors
+    /// As [`Export::validate`]; [`graphstipple_core::Error::Option`] also for what only a PNG can have in another format. What
+    /// makes no difference to a format, such as the inks of a PNG, is no error.
+    pub fn check(self, export: &Export) -> Result<(), graphstipple_core::Error> {
+        export.validate()?;
+        if self != Self::Png {
+            let allowed = "left out unless the file is a .png: the others have no pixels";
+            if export.one_bit {
+                return Err(graphstipple_core::Error::Option { option: "one_bit", value: "true".into(), allowed });
+            }
+            if let Some(dpi) = export.layout.dpi {
+                return Err(graphstipple_core::Error::Option { option: "dpi", value: dpi.to_string(), allowed });
+            }
+        }
+        Ok(())
+    }
 }
+
+/// For messages.
+const SUFFIXES: &str = ".svg, .pdf, .eps, .dxf, .png or .json";
 
 /// Reads an image file as luma, transparent parts composited on `background` (sRGB).
 ///
@@ -60,27 +95,30 @@ fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3]) -> Result<Field>
     decode::decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })
 }
 
-/// The bytes of a drawing's file. `width` is the width of a PNG in pixels; `None` is the canvas's own.
+/// The bytes of a drawing's file.
 ///
 /// # Errors
-/// [`Error::Usage`] for an SVG with a width, [`Error::Core`] as [`raster::rasterize`].
-pub fn encode(drawing: &Drawing, format: Format, width: Option<usize>) -> Result<Vec<u8>> {
-    match (format, width) {
-        (Format::Svg, None) => Ok(svg::to_svg(drawing).into_bytes()),
-        (Format::Svg, Some(_)) => Err(Error::Usage("an SVG has no width in pixels: leave width out, or write a .png".into())),
-        (Format::Png, width) => Ok(raster::encode_png(&raster::rasterize(drawing, width)?)?),
-    }
+/// As [`Format::check`]; [`Error::Core`] if the drawing does not fit its page, or a raster would be too large.
+pub fn encode(drawing: &Drawing, format: Format, export: &Export) -> Result<Vec<u8>> {
+    format.check(export)?;
+    Ok(match format {
+        Format::Svg => svg::to_svg(drawing, export)?.into_bytes(),
+        Format::Pdf => pdf::to_pdf(drawing, export)?,
+        Format::Eps => eps::to_eps(drawing, export)?.into_bytes(),
+        Format::Dxf => dxf::to_dxf(drawing, export)?.into_bytes(),
+        Format::Png => raster::to_png(drawing, export)?,
+        Format::Json => json::to_json(drawing).into_bytes(),
+    })
 }
 
-/// Writes a drawing as the format that the path's suffix stands for. `width` is the width of a PNG in pixels; `None` is the
-/// canvas's own.
+/// Writes a drawing as the format that the path's suffix stands for.
 ///
 /// # Errors
 /// As [`Format::of_path`], [`encode`] and [`write_atomically`]; then no file is left behind, and one that was there is as it was.
-pub fn save(drawing: &Drawing, path: &Path, width: Option<usize>) -> Result<()> {
+pub fn save(drawing: &Drawing, path: &Path, export: &Export) -> Result<()> {
     let format = Format::of_path(path)?;
     check_target(path)?;
-    write_atomically(path, &encode(drawing, format, width)?)
+    write_atomically(path, &encode(drawing, format, export)?)
 }
 
 /// Checks what can be checked before the work starts: that the folder of a file to write is there, and the file is not a folder.
@@ -136,6 +174,21 @@ fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
+/// Reads a drawing again from a `.json` or `.svg` that [`save`] wrote.
+///
+/// # Errors
+/// [`Error::Usage`] for another suffix, [`Error::File`] if the file cannot be read, [`Error::Photo`] if it holds no drawing of ours.
+pub fn load(path: &Path) -> Result<Drawing> {
+    let read = match Format::of_path(path) {
+        Ok(Format::Json) => load::from_json,
+        Ok(Format::Svg) => load::from_svg,
+        _ => return Err(Error::Usage(format!("{}: the suffix of a drawing to load must be .json or .svg", path.display()))),
+    };
+    let bytes = fs::read(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
+    let text = String::from_utf8(bytes).map_err(|_| graphstipple_core::Error::Input("the file is not text in UTF-8".into()));
+    text.and_then(|text| read(&text)).map_err(|source| Error::Photo { path: path.to_owned(), source })
+}
+
 /// Where a write through a symbolic link ends: the rename would replace the link itself.
 fn real_path(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
@@ -156,6 +209,7 @@ fn folder_of(path: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use graphstipple_core::drawing::{Ink, Mark, Provenance, Stipple};
+    use graphstipple_core::layout::Layout;
 
     use super::*;
 
@@ -164,9 +218,10 @@ mod tests {
             width: 20,
             height: 10,
             curves: vec![],
-            stipples: vec![Stipple { x: 10.0, y: 5.0, radius: 4.0, ink: Ink::Black, component: 0, level: 1 }],
+            stipples: vec![Stipple { x: 10.0, y: 5.0, radius: 4.0, ink: Ink::Black, level: 1 }],
             regions: vec![],
             order: vec![Mark::Stipple(0)],
+            units: 8.0,
             provenance: Provenance {
                 version: "0".into(),
                 importance: "none".into(),
@@ -186,33 +241,60 @@ mod tests {
         assert_eq!(Format::of_path(Path::new("a/b.SVG")).unwrap(), Format::Svg);
         assert_eq!(Format::of_path(Path::new("b.png")).unwrap(), Format::Png);
         for (path, message) in [
-            ("a.pdf", "a.pdf: the suffix must be .svg or .png"),
-            ("a", "a: the file name needs a suffix, .svg or .png"),
-            (".svg", ".svg: the file name needs a suffix, .svg or .png"),
+            ("a.gif", "a.gif: the suffix must be .svg, .pdf, .eps, .dxf, .png or .json"),
+            ("a", "a: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json"),
+            (".svg", ".svg: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json"),
         ] {
             let error = Format::of_path(Path::new(path)).unwrap_err();
             assert_eq!((error.to_string().as_str(), error.exit_code()), (message, 2));
         }
     }
 
+    fn width(text: &str) -> Export {
+        Export { layout: Layout { width: Some(text.parse().unwrap()), ..Layout::default() }, ..Export::default() }
+    }
+
     #[test]
-    fn save_writes_both_formats_and_nothing_else() {
+    fn save_writes_every_format_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
-        save(&dot(), &folder.path().join("a.svg"), None).unwrap();
-        save(&dot(), &folder.path().join("a.png"), Some(40)).unwrap();
-        assert!(fs::read_to_string(folder.path().join("a.svg")).unwrap().starts_with("<svg "));
-        let png = image::open(folder.path().join("a.png")).unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for (name, begin) in [
+            ("a.svg", "<svg "),
+            ("a.pdf", "%PDF-"),
+            ("a.eps", "%!PS-Adobe-3.0 EPSF-3.0\n"),
+            ("a.dxf", "999\ngraphstipple "),
+            ("a.json", "{"),
+            ("a.png", "\u{89}PNG"),
+        ] {
+            save(&dot(), &path(name), &width("40px")).unwrap();
+            let text: String = fs::read(path(name)).unwrap().into_iter().map(char::from).collect();
+            assert!(text.starts_with(begin), "{name}: {text}");
+        }
+        let png = image::open(path("a.png")).unwrap();
         assert_eq!((png.width(), png.height()), (40, 20));
-        assert!(save(&dot(), &folder.path().join("b.svg"), Some(40)).is_err());
-        assert!(save(&dot(), &folder.path().join("b.png"), Some(0)).is_err());
-        assert_eq!(names(folder.path()), ["a.png", "a.svg"]);
+        for name in ["b.svg", "b.pdf", "b.eps", "b.dxf", "b.png"] {
+            assert!(save(&dot(), &path(name), &width("0")).is_err(), "{name}");
+        }
+        assert_eq!(names(folder.path()), ["a.dxf", "a.eps", "a.json", "a.pdf", "a.png", "a.svg"]);
+    }
+
+    #[test]
+    fn only_a_png_has_pixels() {
+        let one_bit = Export { one_bit: true, ..Export::default() };
+        let fine = Export { layout: Layout { dpi: Some(600.0), ..Layout::default() }, ..Export::default() };
+        for format in [Format::Svg, Format::Pdf, Format::Eps, Format::Dxf, Format::Json] {
+            let rule = "but it must be left out unless the file is a .png: the others have no pixels";
+            assert_eq!(encode(&dot(), format, &one_bit).unwrap_err().to_string(), format!("one_bit is true, {rule}"));
+            assert_eq!(encode(&dot(), format, &fine).unwrap_err().to_string(), format!("dpi is 600, {rule}"));
+        }
+        encode(&dot(), Format::Png, &Export { one_bit: true, ..fine }).unwrap();
     }
 
     #[test]
     fn a_missing_folder_is_one_sentence() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("none").join("a.svg");
-        let error = save(&dot(), &path, None).unwrap_err();
+        let error = save(&dot(), &path, &Export::default()).unwrap_err();
         let expected = format!("{}: the folder {} does not exist", path.display(), folder.path().join("none").display());
         assert_eq!((error.to_string(), error.exit_code()), (expected, 1));
         assert_eq!(names(folder.path()), Vec::<String>::new());

@@ -20,7 +20,7 @@ use graphstipple_core::importance::{Importance, Source};
 use graphstipple_core::{Control, Field, pipeline, raster, saliency, tone};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use arguments::{Arguments, Job, Output};
+use arguments::{Arguments, Job, Output, in_flags};
 pub use error::{Error, Result};
 use files::Format;
 
@@ -151,10 +151,8 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         None => files::read_standard_input(job.background)?,
     };
     seconds.insert("decoding", begin.elapsed().as_secs_f64());
-    // A width that gives too many pixels is better told now than after the work.
-    for width in job.raster_widths() {
-        raster::size(luma.width(), luma.height(), width)?;
-    }
+    // Sizes that cannot be are better told now than after the work.
+    let least_radius = job.check_sizes(luma.width(), luma.height())?;
     let begin = Instant::now();
     let importance = importance(job, &luma)?;
     let stage = if matches!(importance, Importance::Saliency(_)) { "saliency" } else { "decoding" };
@@ -166,16 +164,23 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let mut stats = outcome.stats;
     *stats.seconds.entry("total".into()).or_default() += seconds.values().sum::<f64>();
     stats.seconds.extend(seconds.into_iter().map(|(stage, seconds)| (stage.to_owned(), seconds)));
+    let mut drawing = outcome.drawing;
+    if let Some(least) = least_radius {
+        let (changed, changes) = drawing.with_least_radius(least)?;
+        drawing = changed;
+        (stats.dots_enlarged, stats.dots_dropped) = (changes.enlarged, changes.dropped);
+        stats.stipples = drawing.stipples.len();
+        (stats.anchors, stats.coordinates) = drawing.count_written();
+    }
     let mut made = Made { files: Vec::new(), standard_output: None, stats };
+    let bytes = files::encode(&drawing, job.output.format(), &job.export)?;
     match &job.output {
-        Output::Standard => made.standard_output = Some(files::encode(&outcome.drawing, Format::Svg, None)?),
-        Output::File { path, format, width } => {
-            made.files.push((path.clone(), files::encode(&outcome.drawing, *format, *width)?));
-        }
+        Output::Standard => made.standard_output = Some(bytes),
+        Output::File { path, .. } => made.files.push((path.clone(), bytes)),
     }
     control.check()?;
     if let Some((path, width)) = &job.preview {
-        made.files.push((path.clone(), files::encode(&outcome.drawing, Format::Png, *width)?));
+        made.files.push((path.clone(), raster::encode_png(&raster::rasterize(&drawing, *width)?)?));
     }
     Ok(made)
 }
@@ -197,13 +202,21 @@ impl Job {
         output.into_iter().chain(self.preview.iter().map(|preview| preview.0.as_path()))
     }
 
-    /// The widths of the rasters that will be painted.
-    fn raster_widths(&self) -> impl Iterator<Item = Option<usize>> {
-        let output = match self.output {
-            Output::File { format: Format::Png, width, .. } => Some(width),
-            _ => None,
-        };
-        output.into_iter().chain(self.preview.iter().map(|preview| preview.1))
+    /// Checks that everything to write can have the size that is asked for, given that of the canvas. Returns the least radius of
+    /// a stipple in pixels of the canvas, if there is one.
+    fn check_sizes(&self, width: usize, height: usize) -> Result<Option<f64>> {
+        let layout = &self.export.layout;
+        if self.output.format() == Format::Png {
+            let [width, height] = layout.place_pixels(width, height)?.page;
+            raster::check_size(width, height)?;
+        } else {
+            layout.place(width, height)?;
+        }
+        if let Some((_, preview)) = &self.preview {
+            raster::size(width, height, *preview)?;
+        }
+        let least = self.min_dot.map(|min_dot| layout.least_radius(min_dot, width, height));
+        least.transpose().map_err(in_flags)
     }
 }
 

@@ -98,8 +98,8 @@ fn wrong_usage_is_two_and_one_line() {
             "photo.png -o a.svg --nodes 10 --nodes-per-pixel 1",
             "--nodes-per-pixel is 1, but it must be left out when nodes is given: the budget is one or the other".into(),
         ),
-        ("photo.png -o a.pdf", "a.pdf: the suffix must be .svg or .png".into()),
-        ("photo.png -o a", "a: the file name needs a suffix, .svg or .png".into()),
+        ("photo.png -o a.gif", "a.gif: the suffix must be .svg, .pdf, .eps, .dxf, .png or .json".into()),
+        ("photo.png -o a", "a: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json".into()),
         ("photo.png -o a.png --preview a.png", "a.png: the preview must be another file than the output".into()),
         ("photo.png -o photo.png", "photo.png: the drawing would replace an image that it is made from".into()),
     ] {
@@ -151,6 +151,24 @@ fn a_drawing_its_preview_and_its_stats() {
 
     assert_eq!(desk.run("photo.png -o b.PNG --width 48").status.code(), Some(0));
     assert_eq!(image::image_dimensions(desk.path("b.PNG")).unwrap(), (48, 32));
+}
+
+#[test]
+fn every_format_and_its_size() {
+    let desk = Desk::new();
+    for name in ["a.svg", "a.pdf", "a.eps", "a.dxf", "a.png", "a.json"] {
+        let output = desk.run(&format!("photo.png -o {name} --width 96mm --margin 2mm --min-dot 0.01mm --stats"));
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(stats["dots_enlarged"].is_number() && stats["dots_dropped"].is_number(), "{stats}");
+    }
+    assert_eq!(desk.names(), ["a.dxf", "a.eps", "a.json", "a.pdf", "a.png", "a.svg"]);
+    // 96 mm at 300 dots per inch, and twice 2 mm.
+    assert_eq!(image::image_dimensions(desk.path("a.png")).unwrap(), (1134 + 48, 756 + 48));
+    assert_eq!(
+        desk.fail("photo.png -o b.pdf --page A5 --width 250mm", 1),
+        "the drawing would be 250 x 166.67 mm, but the page A5 has room for 210 x 148 mm inside its margins"
+    );
 }
 
 #[test]

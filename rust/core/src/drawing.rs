@@ -10,10 +10,11 @@
 //! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
 //! container is always on the level below. So painting level by level is as good as painting one by one.
 
-use kurbo::{BezPath, PathEl, Point};
+use kurbo::{BezPath, CubicBez, ParamCurve as _, PathEl, Point, QuadBez};
 use serde::{Deserialize, Serialize};
 
 use crate::params::Options;
+use crate::triangulation::Side;
 
 /// What a mark is drawn with. Its number is the label of its nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +31,30 @@ impl Ink {
     pub fn of_label(label: u8) -> Self {
         if label == 0 { Self::Black } else { Self::White }
     }
+
+    /// The other one.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Black => Self::White,
+            Self::White => Self::Black,
+        }
+    }
+
+    /// `black` or `white`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Black => "black",
+            Self::White => "white",
+        }
+    }
+
+    /// `Black` or `White`.
+    pub fn capital_name(self) -> &'static str {
+        match self {
+            Self::Black => "Black",
+            Self::White => "White",
+        }
+    }
 }
 
 /// A component of one node, drawn as a dot.
@@ -43,10 +68,20 @@ pub struct Stipple {
     pub radius: f64,
     /// What it is drawn with.
     pub ink: Ink,
-    /// Component id.
-    pub component: u32,
     /// How many marks lie under it in the layered way; see [`Region::level`].
     pub level: u32,
+}
+
+impl Stipple {
+    /// A dot near `centre` whose coordinates files hold exactly in few digits: its leftmost point lies on the grid of `units` to a
+    /// pixel, and its radius is a whole number of hundredths of a unit, not above the given one unless that is far below a hundredth.
+    pub(crate) fn on_grid(centre: Point, radius: f64, units: f64, ink: Ink) -> Self {
+        let hundredths = (radius * units * 100.0).floor();
+        // A radius of few digits would be far off.
+        let in_units = if hundredths >= 50.0 { hundredths / 100.0 } else { radius * units };
+        let left = (centre.x * units - in_units).round();
+        Self { x: (left + in_units) / units, y: (centre.y * units).round() / units, radius: in_units / units, ink, level: 0 }
+    }
 }
 
 /// A component of two or more nodes (or of one that the canvas cuts into more than a dot), drawn as a closed path.
@@ -54,8 +89,6 @@ pub struct Stipple {
 pub struct Region {
     /// What it is drawn with.
     pub ink: Ink,
-    /// Component id.
-    pub component: u32,
     /// Depth in the layered picture: 0 is white that touches the frame (the paper itself), 1 is black that touches the frame or
     /// lies in such white, and every mark lies one level above the mark that contains it. Even levels are white, odd ones black.
     pub level: u32,
@@ -63,7 +96,7 @@ pub struct Region {
     pub exterior: Ring,
     /// The inner boundaries; their signed areas are negative.
     pub holes: Vec<Ring>,
-    /// Area that the exterior encloses, holes and dots cut by the frame included, in px^2: what the layered order goes by.
+    /// Area that the exterior encloses, holes included, in px^2: what the layered order goes by.
     pub enclosed_area: f64,
 }
 
@@ -84,7 +117,7 @@ pub enum RingPart {
         /// Whether the ring runs against the curve's own direction.
         reversed: bool,
     },
-    /// The outline of a stipple (the part inside the canvas), by its index in [`Drawing::stipples`], as the boundary of what surrounds it.
+    /// The outline of a stipple, by its index in [`Drawing::stipples`], as a hole of what surrounds it: it is a ring by itself.
     Stipple {
         /// Which one.
         index: u32,
@@ -140,6 +173,10 @@ pub struct Stats {
     pub anchors: usize,
     /// Coordinate pairs written, control points included; a dot counts one.
     pub coordinates: usize,
+    /// Stipples that a least radius made larger.
+    pub dots_enlarged: usize,
+    /// Stipples that a least radius left out.
+    pub dots_dropped: usize,
     /// Seconds each stage took, and `total`.
     pub seconds: std::collections::BTreeMap<String, f64>,
 }
@@ -151,14 +188,17 @@ pub struct Drawing {
     pub width: usize,
     /// Height of the canvas in pixels.
     pub height: usize,
-    /// The shared boundary curves of the regions: closed ones end with `ClosePath`, open ones begin and end on the frame.
+    /// The shared boundary curves of the regions, black on their left: closed ones end with `ClosePath`, open ones begin and end on
+    /// the frame. From the top down, as all marks.
     pub curves: Vec<BezPath>,
-    /// The dots, by component id.
+    /// The dots, from the top down (by y, then x).
     pub stipples: Vec<Stipple>,
-    /// The regions, by component id.
+    /// The regions, from the top down, by the uppermost points of their exteriors.
     pub regions: Vec<Region>,
-    /// All marks by the area that their exteriors enclose, largest first, ties by component id: a mark follows its container.
+    /// All marks by the area that their exteriors enclose, largest first: a mark follows its container.
     pub order: Vec<Mark>,
+    /// Units to a pixel of the grid on which coordinates lie, a power of two; single points may lie on a finer one.
+    pub units: f64,
     /// How it was made.
     pub provenance: Provenance,
 }
@@ -178,6 +218,56 @@ pub const FLATTENING_TOLERANCE: f64 = 0.05;
 
 /// No vertex of a circle's polygon lies further from its centre than this many radii: the coarsest polygon has eight sides.
 pub(crate) const POLYGON_REACH: f64 = 1.055;
+
+/// The frame of the canvas, and positions along it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+impl Frame {
+    /// Whether a point lies inside, not on the frame.
+    pub(crate) fn holds(self, p: Point) -> bool {
+        p.x > 0.0 && p.y > 0.0 && p.x < self.width && p.y < self.height
+    }
+
+    /// The foot of a point on a side.
+    pub(crate) fn project(self, p: Point, side: Side) -> Point {
+        match side {
+            Side::Top => Point::new(p.x, 0.0),
+            Side::Right => Point::new(self.width, p.y),
+            Side::Bottom => Point::new(p.x, self.height),
+            Side::Left => Point::new(0.0, p.y),
+        }
+    }
+
+    pub(crate) fn perimeter(self) -> f64 {
+        2.0 * (self.width + self.height)
+    }
+
+    /// Distance along the frame from the corner (0, 0), in the positive direction: top, right, bottom, left.
+    pub(crate) fn position(self, p: Point) -> f64 {
+        if p.y <= 0.0 {
+            p.x
+        } else if p.x >= self.width {
+            self.width + p.y
+        } else if p.y >= self.height {
+            self.width + self.height + (self.width - p.x)
+        } else {
+            2.0 * self.width + self.height + (self.height - p.y)
+        }
+    }
+
+    /// The corners strictly between two positions, in the positive direction from the first to the second.
+    pub(crate) fn corners_between(self, from: f64, to: f64) -> impl Iterator<Item = RingPart> {
+        let (w, h) = (self.width, self.height);
+        let corners = [(0.0, (0.0, 0.0)), (w, (w, 0.0)), (w + h, (w, h)), (2.0 * w + h, (0.0, h))];
+        let around = self.perimeter();
+        let twice = corners.into_iter().chain(corners.map(|(at, corner)| (at + around, corner)));
+        twice.filter(move |(at, _)| *at > from && *at < to).map(|(_, (x, y))| RingPart::Corner(x, y))
+    }
+}
 
 impl Drawing {
     /// The marks to paint on white paper, level by level from the lowest. Level 0 (white that touches the frame) is the paper
@@ -204,8 +294,8 @@ impl Drawing {
         levels
     }
 
-    /// The path of a ring with its true curves; a stipple's outline is a polygon within `tolerance` px of its circle.
-    pub fn ring_path(&self, ring: &Ring, tolerance: f64) -> BezPath {
+    /// The path of a ring with its true curves; empty for the outline of a stipple, which is no path but a circle.
+    pub fn ring_path(&self, ring: &Ring) -> BezPath {
         let mut path = BezPath::new();
         for part in &ring.parts {
             match *part {
@@ -213,23 +303,19 @@ impl Drawing {
                 RingPart::Curve { index, reversed: true } => {
                     extend(&mut path, self.curves[index as usize].reverse_subpaths().iter())
                 }
-                RingPart::Stipple { index } => {
-                    // The surrounding region runs along a dot against the dot's own direction.
-                    let points = self.stipple_outline(index as usize, tolerance);
-                    extend_points(&mut path, points.iter().rev());
-                }
-                RingPart::Corner(x, y) => extend_points(&mut path, [[x, y]].iter()),
+                RingPart::Stipple { .. } => return BezPath::new(),
+                RingPart::Corner(x, y) => extend_to(&mut path, Point::new(x, y)),
             }
         }
         path.close_path();
         path
     }
 
-    /// The polygon of a stipple: as many sides as keep it within `tolerance` px of its circle, with exactly the circle's area, cut
-    /// off at the frame. Runs in the positive direction; where the frame cuts it, the first and last points lie on the frame.
+    /// The polygon of a stipple: as many sides as keep it within `tolerance` px of its circle, with exactly the circle's area. Runs in
+    /// the positive direction.
     pub fn stipple_outline(&self, index: usize, tolerance: f64) -> Vec<[f64; 2]> {
         let stipple = &self.stipples[index];
-        circle_polygon([stipple.x, stipple.y], stipple.radius, [self.width as f64, self.height as f64], tolerance)
+        circle_polygon([stipple.x, stipple.y], stipple.radius, tolerance)
     }
 
     /// A region's exterior and holes as polygons, flattened within `tolerance` px. Rings that two marks share have the same points.
@@ -275,27 +361,16 @@ impl Drawing {
         signed_area(&exterior) + holes.iter().map(|hole| signed_area(hole)).sum::<f64>()
     }
 
-    /// On-curve points and coordinate pairs of the layered picture's curves, control points included; a dot counts one.
+    /// On-curve points and coordinate pairs that a file of one ink holds, control points included: every curve is written once, a
+    /// dot counts one, and so does a corner of the canvas that is black.
     pub fn count_written(&self) -> (usize, usize) {
-        let (mut anchors, mut coordinates) = (0, 0);
-        for mark in self.levels().iter().flat_map(|level| &level.marks) {
-            let Mark::Region(index) = *mark else {
-                anchors += 1;
-                coordinates += 1;
-                continue;
-            };
-            for part in &self.regions[index as usize].exterior.parts {
-                let (on_curve, pairs) = match *part {
-                    RingPart::Curve { index, .. } => count_points(&self.curves[index as usize]),
-                    RingPart::Stipple { index } => {
-                        let points = self.stipple_outline(index as usize, FLATTENING_TOLERANCE).len();
-                        (points, points)
-                    }
-                    RingPart::Corner(..) => (1, 1),
-                };
-                anchors += on_curve;
-                coordinates += pairs;
-            }
+        let black = self.regions.iter().filter(|region| region.ink == Ink::Black);
+        let corners = black.flat_map(|region| &region.exterior.parts).filter(|part| matches!(part, RingPart::Corner(..))).count();
+        let (mut anchors, mut coordinates) = (self.stipples.len() + corners, self.stipples.len() + corners);
+        for curve in &self.curves {
+            let (on_curve, pairs) = count_points(curve);
+            anchors += on_curve;
+            coordinates += pairs;
         }
         (anchors, coordinates)
     }
@@ -329,33 +404,51 @@ fn closes_on_its_start(path: &BezPath) -> bool {
 fn extend(path: &mut BezPath, elements: impl Iterator<Item = PathEl>) {
     for element in elements {
         match element {
-            PathEl::MoveTo(p) => extend_points(path, [[p.x, p.y]].iter()),
+            PathEl::MoveTo(p) => extend_to(path, p),
             PathEl::ClosePath => {}
             other => path.push(other),
         }
     }
 }
 
-fn extend_points<'a>(path: &mut BezPath, points: impl Iterator<Item = &'a [f64; 2]>) {
-    for point in points {
-        let p = Point::new(point[0], point[1]);
-        match path.elements().last().and_then(PathEl::end_point) {
-            None => path.move_to(p),
-            Some(last) if last == p => {}
-            Some(_) => path.line_to(p),
-        }
+fn extend_to(path: &mut BezPath, p: Point) {
+    match path.elements().last().and_then(PathEl::end_point) {
+        None => path.move_to(p),
+        Some(last) if last == p => {}
+        Some(_) => path.line_to(p),
     }
 }
 
-/// The points of a path's only subpath, flattened within `tolerance`; the closing point is not repeated.
-fn flatten_path(path: &BezPath, tolerance: f64) -> Vec<[f64; 2]> {
-    let mut points = Vec::with_capacity(path.elements().len() * 2);
-    kurbo::flatten(path.iter(), tolerance, |element| {
-        if let Some(p) = element.end_point() {
-            points.push([p.x, p.y]);
+/// The points of a path's only subpath, flattened within `tolerance` px; the closing point is not repeated.
+pub(crate) fn flatten_path(path: &BezPath, tolerance: f64) -> Vec<[f64; 2]> {
+    let mut points: Vec<Point> = Vec::with_capacity(path.elements().len() * 4);
+    for element in path.elements() {
+        let from = points.last().copied().unwrap_or_default();
+        match *element {
+            PathEl::MoveTo(p) | PathEl::LineTo(p) => points.push(p),
+            PathEl::QuadTo(c, p) => flatten_quad(&QuadBez::new(from, c, p), tolerance, &mut points),
+            PathEl::CurveTo(c, d, p) => flatten_cubic(&CubicBez::new(from, c, d, p), tolerance, &mut points),
+            PathEl::ClosePath => {}
         }
-    });
-    points
+    }
+    points.into_iter().map(|p| [p.x, p.y]).collect()
+}
+
+/// Appends points of a curve, at even steps of its parameter, so that the polygon through them lies within `tolerance` of it; not its begin.
+pub(crate) fn flatten_quad(quad: &QuadBez, tolerance: f64, points: &mut Vec<Point>) {
+    let bend = (quad.p0.to_vec2() - 2.0 * quad.p1.to_vec2() + quad.p2.to_vec2()).hypot2().sqrt();
+    let steps = (bend / (4.0 * tolerance)).sqrt().ceil().max(1.0);
+    points.extend((1..steps as usize).map(|k| quad.eval(k as f64 / steps)));
+    points.push(quad.p2);
+}
+
+/// The same for a cubic.
+pub(crate) fn flatten_cubic(cubic: &CubicBez, tolerance: f64, points: &mut Vec<Point>) {
+    let [p0, p1, p2, p3] = [cubic.p0, cubic.p1, cubic.p2, cubic.p3].map(Point::to_vec2);
+    let bend = (p0 - 2.0 * p1 + p2).hypot2().max((p1 - 2.0 * p2 + p3).hypot2()).sqrt();
+    let steps = (0.75 * bend / tolerance).sqrt().ceil().max(1.0);
+    points.extend((1..steps as usize).map(|k| cubic.eval(k as f64 / steps)));
+    points.push(cubic.p3);
 }
 
 /// Twice-halved shoelace sum: positive when the ring turns from +x towards +y.
@@ -369,7 +462,7 @@ pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
 }
 
 /// See [`Drawing::stipple_outline`].
-pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, canvas: [f64; 2], tolerance: f64) -> Vec<[f64; 2]> {
+pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, tolerance: f64) -> Vec<[f64; 2]> {
     // A chord of half-angle h lies radius * (1 - cos h) inside the circle; half a tolerance each way once the area is corrected.
     let half = libm::acos((1.0 - (tolerance / radius).min(0.5)).max(0.5));
     let sides = (libm::ceil(std::f64::consts::PI / half) as usize).clamp(8, 256);
@@ -380,40 +473,5 @@ pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, canvas: [f64; 2], to
         let angle = (k as f64 + 0.5) * step;
         [centre[0] + corrected * libm::cos(angle), centre[1] + corrected * libm::sin(angle)]
     };
-    let inside = |p: [f64; 2]| p[0] > 0.0 && p[1] > 0.0 && p[0] < canvas[0] && p[1] < canvas[1];
-    let vertices: Vec<[f64; 2]> = (0..sides).map(vertex).collect();
-    let Some(first_out) = vertices.iter().position(|p| !inside(*p)) else {
-        return vertices;
-    };
-    // Walk once around from a vertex outside the canvas; the outline keeps one run inside it (radii are chosen so).
-    let mut run: Vec<[f64; 2]> = Vec::new();
-    for k in 0..sides {
-        let (p, q) = (vertices[(first_out + k) % sides], vertices[(first_out + k + 1) % sides]);
-        match (inside(p), inside(q)) {
-            (false, true) => run.extend([frame_crossing(q, p, canvas), q]),
-            (true, true) => run.push(q),
-            (true, false) => run.push(frame_crossing(p, q, canvas)),
-            (false, false) => {}
-        }
-    }
-    run
-}
-
-/// Where the segment from `p` inside the canvas to `q` outside meets the frame, exactly on it.
-fn frame_crossing(p: [f64; 2], q: [f64; 2], canvas: [f64; 2]) -> [f64; 2] {
-    let mut best = (1.0, q);
-    for axis in 0..2 {
-        for limit in [0.0, canvas[axis]] {
-            let beyond = if limit == 0.0 { q[axis] <= limit } else { q[axis] >= limit };
-            if beyond && q[axis] != p[axis] {
-                let t = (limit - p[axis]) / (q[axis] - p[axis]);
-                if t <= best.0 {
-                    let mut point = [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])];
-                    point[axis] = limit;
-                    best = (t, point);
-                }
-            }
-        }
-    }
-    best.1
+    (0..sides).map(vertex).collect()
 }

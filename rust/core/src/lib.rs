@@ -1,18 +1,30 @@
 #![doc = include_str!("lib.md")]
 
+mod assembly;
 mod budget;
 pub mod components;
 pub mod control;
+mod cubic;
 pub mod decode;
 pub mod diffusion;
 pub mod drawing;
+pub mod dxf;
+pub mod eps;
 pub mod error;
+pub mod export;
 pub mod field;
+mod fit;
 pub mod graph;
 pub mod importance;
+pub mod json;
 pub mod lattice;
+pub mod layers;
+pub mod layout;
+pub mod least_radius;
+pub mod load;
 pub mod outline;
 pub mod params;
+pub mod pdf;
 pub mod pipeline;
 pub mod raster;
 pub mod saliency;

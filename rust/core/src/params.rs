@@ -90,6 +90,9 @@ pub struct Options {
     pub alpha: Alpha,
     /// A stipple's area relative to its node's cell, in (0, 4].
     pub stipple_scale: f64,
+    /// How far the curves of regions may lie from the splines through the midpoints of the graph's edges, in pixels, in [0, 2]: more
+    /// means fewer points. 0 keeps every midpoint.
+    pub tolerance: f64,
     /// The tone is raised to the power 1 / gamma (above 1 brightens), in [0.1, 10].
     pub gamma: f64,
     /// Factor on the tone's distance from 0.5, in [0, 10].
@@ -120,6 +123,7 @@ impl Default for Options {
             importance_alpha: Alpha::Dynamic,
             alpha: Alpha::Dynamic,
             stipple_scale: 1.0,
+            tolerance: 0.25,
             gamma: 1.0,
             contrast: 1.0,
             invert: false,
@@ -147,9 +151,10 @@ pub struct Budget {
 }
 
 impl Options {
-    /// The paper's settings: density 1, no node budget, one Lloyd step, k1 = 1, k2 = 0.1, base = 0.5, lambda = 6, dynamic alpha.
+    /// The paper's settings: density 1, no node budget, one Lloyd step, k1 = 1, k2 = 0.1, base = 0.5, lambda = 6, dynamic alpha, every
+    /// midpoint kept.
     pub fn paper() -> Self {
-        Self { density: Some(1.0), ..Self::default() }
+        Self { density: Some(1.0), tolerance: 0.0, ..Self::default() }
     }
 
     /// Checks every field.
@@ -190,6 +195,7 @@ impl Options {
             }
         }
         range("stipple_scale", self.stipple_scale, ABOVE_ZERO, 4.0, "above 0 and at most 4")?;
+        range("tolerance", self.tolerance, 0.0, 2.0, "between 0 and 2 pixels")?;
         range("gamma", self.gamma, 0.1, 10.0, "between 0.1 and 10")?;
         range("contrast", self.contrast, 0.0, 10.0, "between 0 and 10")?;
         if let Some(threads) = self.threads {

@@ -14,7 +14,7 @@ use crate::field::Field;
 use crate::graph::{Adjacency, Graph, distance_squared};
 use crate::importance::Importance;
 use crate::lattice::Lattice;
-use crate::outline::outline;
+use crate::outline::{Shaping, outline};
 use crate::params::{Alpha, Options};
 use crate::tone;
 use crate::triangulation::triangulate;
@@ -132,8 +132,8 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
     let labels = stages.run(5, || diffuse(&triangulation.graph, &cells.means, &Diffusion::of_tone(options), control))?;
     let (components, outlines) = stages.run(6, || {
         let components = components(&triangulation.graph, &labels);
-        let scale = options.stipple_scale;
-        let outlines = outline(&triangulation, &labels, &components, &cells.areas, (width, height), scale, control)?;
+        let shaping = Shaping { stipple_scale: options.stipple_scale, tolerance: options.tolerance };
+        let outlines = outline(&triangulation, &labels, &components, &cells.areas, (width, height), shaping, control)?;
         Ok((components, outlines))
     })?;
 

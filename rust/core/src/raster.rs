@@ -6,15 +6,17 @@
 //! looks, and then painted in bands of rows, in parallel. The bands depend on the width alone, so the raster is
 //! the same for any number of threads, and memory stays at a byte a pixel and a few megabytes a thread.
 //!
-//! What this module does not do: files (the command line and Python write what [`encode_png`] returns).
+//! What this module does not do: files (the command line and Python write what [`to_png`] and [`encode_png`] return).
 
-use image::ImageEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use std::borrow::Cow;
+
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensions, Unit};
 use rayon::prelude::*;
 use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
 
 use crate::drawing::{Drawing, Ink, Mark};
 use crate::error::{Error, Result};
+use crate::export::Export;
 use crate::field::MAX_SIDE;
 
 /// The most pixels that a raster may have: a poster of A0 size at 800 dots per inch, and a gigabyte of memory.
@@ -56,9 +58,39 @@ pub struct Raster {
 /// A byte a pixel, about 8 bytes a point of the flattened outlines, and a band of pixels a thread.
 pub fn rasterize(drawing: &Drawing, width: Option<usize>) -> Result<Raster> {
     let (width, height) = size(drawing.width, drawing.height, width)?;
+    Ok(rasterize_to(drawing, width, height))
+}
+
+fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
     let levels = flatten(drawing, [width as f64 / drawing.width as f64, height as f64 / drawing.height as f64]);
     let rows = (BAND_PIXELS / width).clamp(16, 1024);
-    Ok(Raster { width, height, values: paint(&levels, width, height, rows) })
+    Raster { width, height, values: paint(&levels, width, height, rows) }
+}
+
+/// The drawing as the bytes of a PNG file, of the size and resolution that the layout says, its margins white. `style` and `inks`
+/// make no difference: the picture is the same.
+///
+/// # Errors
+/// As [`Export::validate`], [`crate::layout::Layout::place_pixels`] and [`check_size`].
+///
+/// # Allocations
+/// As [`rasterize`], and a byte a pixel more where there are margins.
+pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
+    export.validate()?;
+    let placement = export.layout.place_pixels(drawing.width, drawing.height)?;
+    let [width, height] = placement.page;
+    check_size(width, height)?;
+    let mut raster = rasterize_to(drawing, placement.drawing[0], placement.drawing[1]);
+    if placement.page != placement.drawing {
+        let mut page = vec![255; width * height];
+        let [left, top] = placement.origin;
+        for (row, values) in raster.values.chunks(raster.width).enumerate() {
+            let begin = (top + row) * width + left;
+            page[begin..begin + values.len()].copy_from_slice(values);
+        }
+        raster = Raster { width, height, values: page };
+    }
+    write_png(&raster, placement.dpi, export.one_bit)
 }
 
 /// The raster as an 8-bit greyscale PNG. The same raster always gives the same bytes.
@@ -75,13 +107,43 @@ pub fn encode_png(raster: &Raster) -> Result<Vec<u8>> {
             raster.height
         )));
     }
-    let mut png = Vec::with_capacity(raster.values.len() / 4 + 1024);
+    write_png(raster, None, false)
+}
+
+/// Writes grey, or with `one_bit` black where at least half a pixel is black and white elsewhere; `dpi` goes into the file if
+/// given.
+fn write_png(raster: &Raster, dpi: Option<f64>, one_bit: bool) -> Result<Vec<u8>> {
+    let (depth, samples) = if one_bit {
+        (BitDepth::One, Cow::Owned(raster.values.chunks(raster.width).flat_map(pack).collect()))
+    } else {
+        (BitDepth::Eight, Cow::Borrowed(&raster.values[..]))
+    };
+    let mut png = Vec::with_capacity(samples.len() / 4 + 1024);
+    let mut encoder = Encoder::new(&mut png, raster.width as u32, raster.height as u32);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(depth);
     // Filters predict smooth gradients; here they would only hide the runs of black and white from the compressor. Level 4 is three
     // times as fast as the default, level 6, for files that are at most a tenth larger.
-    PngEncoder::new_with_quality(&mut png, CompressionType::Level(4), FilterType::NoFilter)
-        .write_image(&raster.values, raster.width as u32, raster.height as u32, image::ExtendedColorType::L8)
+    encoder.set_deflate_compression(DeflateCompression::Level(4));
+    encoder.set_filter(Filter::NoFilter);
+    encoder.set_pixel_dims(dpi.map(|dpi| {
+        let per_metre = (dpi / 0.0254).round() as u32;
+        PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }
+    }));
+    encoder
+        .write_header()
+        .and_then(|mut writer| {
+            writer.write_image_data(&samples)?;
+            writer.finish()
+        })
         .map_err(|error| Error::Internal(format!("the PNG cannot be encoded: {error}")))?;
     Ok(png)
+}
+
+/// A row of grey values as bits, the leftmost highest: 1 is white. The last byte is filled up with zeros.
+fn pack(row: &[u8]) -> impl Iterator<Item = u8> {
+    let bit = |(i, value): (usize, &u8)| u8::from(*value >= 128) << (7 - i);
+    row.chunks(8).map(move |values| values.iter().enumerate().map(bit).sum())
 }
 
 /// Width and height in pixels of a canvas's raster, see [`rasterize`].
@@ -94,12 +156,21 @@ pub fn size(canvas_width: usize, canvas_height: usize, width: Option<usize>) -> 
         return Err(Error::Option { option: "width", value: width.to_string(), allowed: "between 1 and 65535 pixels" });
     }
     let height = (canvas_height as f64 * width as f64 / canvas_width as f64).round().max(1.0) as usize;
-    if height > MAX_SIDE || width * height > MAX_PIXELS {
+    check_size(width, height)?;
+    Ok((width, height))
+}
+
+/// Checks that a raster has neither too long a side nor too many pixels.
+///
+/// # Errors
+/// [`Error::Input`] with the size and the limits.
+pub fn check_size(width: usize, height: usize) -> Result<()> {
+    if width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_PIXELS {
         return Err(Error::Input(format!(
             "the raster would be {width} x {height} pixels, but a side may have at most {MAX_SIDE} and the whole {MAX_PIXELS}"
         )));
     }
-    Ok((width, height))
+    Ok(())
 }
 
 /// The marks of a level as polygons, in pixels of the raster.
@@ -144,7 +215,7 @@ fn flatten(drawing: &Drawing, scale: [f64; 2]) -> Vec<Polygons> {
                     polygons.push(scale, drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger).into_iter());
                 }
                 Mark::Region(i) => {
-                    let path = drawing.ring_path(&drawing.regions[i as usize].exterior, DOT_TOLERANCE / larger);
+                    let path = drawing.ring_path(&drawing.regions[i as usize].exterior);
                     let mut points = Vec::with_capacity(4 * path.elements().len());
                     kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
                         points.extend(element.end_point().map(|p| [p.x, p.y]));
@@ -213,6 +284,7 @@ fn push_within(builder: &mut PathBuilder, points: &[[f32; 2]], top: f32, bottom:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layout::Layout;
     use crate::svg::samples;
 
     fn ink(raster: &Raster) -> f64 {
@@ -313,6 +385,54 @@ mod tests {
         let raster = rasterize(&drawing, Some(20_000)).unwrap();
         assert!((ink(&raster) / (200.0 * 200.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3);
         assert_eq!(raster.values[400 * 20_000 + 18_000], 0);
+    }
+
+    /// The raw file: its header, and its samples as they are stored.
+    fn decode(png: &[u8]) -> (png::Info<'static>, Vec<u8>) {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+        let mut samples = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut samples).unwrap();
+        (reader.info().clone(), samples)
+    }
+
+    fn layout(width: Option<&str>, margin: &str, dpi: Option<f64>) -> Layout {
+        Layout { width: width.map(|w| w.parse().unwrap()), margin: margin.parse().unwrap(), page: None, dpi }
+    }
+
+    #[test]
+    fn margins_are_white_and_the_resolution_is_told() {
+        let drawing = samples::nested();
+        let plain = to_png(&drawing, &Export::default()).unwrap();
+        let raster = rasterize(&drawing, None).unwrap();
+        assert_eq!(plain, encode_png(&raster).unwrap());
+        assert!(decode(&plain).0.pixel_dims.is_none());
+
+        let export = Export { layout: layout(Some("1in"), "5mm", Some(128.0)), ..Export::default() };
+        let (info, samples) = decode(&to_png(&drawing, &export).unwrap());
+        assert_eq!((info.width, info.height), (128 + 2 * 25, 96 + 2 * 25));
+        let dimensions = info.pixel_dims.unwrap();
+        assert_eq!((dimensions.xppu, dimensions.yppu, dimensions.unit), (5039, 5039, Unit::Meter));
+        let inner = rasterize(&drawing, Some(128)).unwrap();
+        for (y, row) in samples.chunks(178).enumerate() {
+            for (x, value) in row.iter().enumerate() {
+                let inside = (25..153).contains(&x) && (25..121).contains(&y);
+                assert_eq!(*value, if inside { inner.values[(y - 25) * 128 + x - 25] } else { 255 }, "{x} {y}");
+            }
+        }
+        let huge = Export { layout: layout(Some("60000px"), "0", None), ..Export::default() };
+        assert!(to_png(&drawing, &huge).unwrap_err().to_string().starts_with("the raster would be 60000 x 45000 pixels"));
+    }
+
+    #[test]
+    fn one_bit_is_the_threshold_of_the_grey() {
+        let drawing = samples::nested();
+        let export = Export { layout: layout(Some("203"), "2px", None), one_bit: true, ..Export::default() };
+        let (info, packed) = decode(&to_png(&drawing, &export).unwrap());
+        assert_eq!((info.width, info.bit_depth, info.color_type), (207, BitDepth::One, ColorType::Grayscale));
+        let (_, grey) = decode(&to_png(&drawing, &Export { one_bit: false, ..export }).unwrap());
+        for (row, bits) in grey.chunks(207).zip(packed.chunks(26)) {
+            assert!(row.iter().enumerate().all(|(x, v)| (bits[x / 8] >> (7 - x % 8) & 1 == 1) == (*v >= 128)));
+        }
     }
 
     #[test]

@@ -1,16 +1,19 @@
-//! Drawing a photo, and the drawing as an object.
+//! Drawing a photo, reading a drawing again, and the drawing as an object.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use graphstipple_cli::files;
+use graphstipple_core::drawing::{self as core_drawing, FLATTENING_TOLERANCE, Ink};
+use graphstipple_core::graph::Graph;
 use graphstipple_core::importance::{Importance, Source};
-use graphstipple_core::{Error, Outcome, drawing as core_drawing, pipeline, raster, svg};
+use graphstipple_core::{Error, Field, json, pipeline, raster, svg};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use serde_json::{Map, Value};
 
-use crate::{arrays, errors, options, watch};
+use crate::{arrays, errors, export, options, watch};
 
 /// Draw luma (height, width) with an importance: "saliency" or "map" with the map, or the name of a constant.
 #[pyfunction]
@@ -37,13 +40,37 @@ pub(crate) fn draw(
     };
     let outcome =
         watch::run(py, progress, errors::from_core, move |control| pipeline::draw(&luma, &importance, &options, control))?;
-    Ok(Drawing { outcome: Arc::new(outcome) })
+    let pipeline::Outcome { drawing, stats, graph, tone, labels, components, importance } = outcome;
+    let stages = Stages { graph, tone, labels, components, importance };
+    let Value::Object(stats) = to_value(&stats)? else {
+        return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
+    };
+    Ok(Drawing { drawing: Arc::new(drawing), stats, stages: Some(Arc::new(stages)) })
 }
 
-/// What `draw` made: `graphstipple.Drawing` wraps it.
+/// Read a drawing from a file that graphstipple wrote, JSON or SVG by suffix.
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
+    let drawing = watch::run(py, None, errors::from_files, move |_| files::load(&path))?;
+    let stats = counts(&drawing);
+    Ok(Drawing { drawing: Arc::new(drawing), stats, stages: None })
+}
+
+/// What `draw` and `load` make: `graphstipple.Drawing` wraps it.
 #[pyclass(frozen, module = "graphstipple._core")]
 pub(crate) struct Drawing {
-    outcome: Arc<Outcome>,
+    drawing: Arc<core_drawing::Drawing>,
+    stats: Map<String, Value>,
+    stages: Option<Arc<Stages>>,
+}
+
+/// What the stages made on the way to the drawing. A drawing from a file has none of it.
+struct Stages {
+    graph: Graph,
+    tone: Vec<f32>,
+    labels: Vec<u8>,
+    components: Vec<u32>,
+    importance: Field,
 }
 
 /// Circles (n, 3) and inks (n,) of the dots.
@@ -52,104 +79,189 @@ pub(crate) type StippleArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyAr
 /// Exterior, holes, area and ink of a region.
 pub(crate) type RegionArrays<'py> = (Bound<'py, PyArray2<f64>>, Vec<Bound<'py, PyArray2<f64>>>, f64, u8);
 
+/// Points (n, 2), the ring of every point (n,) and the area of every ring (m,); an area's first ring is its exterior.
+type PolygonArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u32>>);
+
+/// Sites (n, 2), edges (m, 2), and tone, label and component of every node.
+type GraphArrays<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<u32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<u8>>,
+    Bound<'py, PyArray1<u32>>,
+);
+
 #[pymethods]
 impl Drawing {
     /// Width of the canvas in pixels.
     #[getter]
     fn width(&self) -> usize {
-        self.outcome.drawing.width
+        self.drawing.width
     }
 
     /// Height of the canvas in pixels.
     #[getter]
     fn height(&self) -> usize {
-        self.outcome.drawing.height
+        self.drawing.height
     }
 
     /// The drawing as an SVG document.
-    fn svg(&self, py: Python<'_>) -> PyResult<String> {
-        let outcome = Arc::clone(&self.outcome);
-        watch::run_core(py, move |_| Ok(svg::to_svg(&outcome.drawing)))
+    fn svg(&self, py: Python<'_>, export_json: &str) -> PyResult<String> {
+        let export = export::parse(export_json)?;
+        let drawing = Arc::clone(&self.drawing);
+        watch::run_core(py, move |_| svg::to_svg(&drawing, &export))
+    }
+
+    /// The drawing as a JSON document.
+    fn json(&self, py: Python<'_>) -> PyResult<String> {
+        let drawing = Arc::clone(&self.drawing);
+        watch::run_core(py, move |_| Ok(json::to_json(&drawing)))
     }
 
     /// The drawing as grey values (height, width).
     #[pyo3(signature = (width=None))]
     fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>) -> PyResult<Bound<'py, PyArray2<u8>>> {
-        let outcome = Arc::clone(&self.outcome);
-        let raster = watch::run_core(py, move |_| raster::rasterize(&outcome.drawing, width))?;
+        let drawing = Arc::clone(&self.drawing);
+        let raster = watch::run_core(py, move |_| raster::rasterize(&drawing, width))?;
         arrays::from_rows(py, [raster.height, raster.width], raster.values)
     }
 
     /// The drawing as the bytes of a PNG file.
-    #[pyo3(signature = (width=None))]
-    fn png<'py>(&self, py: Python<'py>, width: Option<usize>) -> PyResult<Bound<'py, PyBytes>> {
-        let outcome = Arc::clone(&self.outcome);
-        let bytes = watch::run_core(py, move |_| raster::encode_png(&raster::rasterize(&outcome.drawing, width)?))?;
+    fn png<'py>(&self, py: Python<'py>, export_json: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let export = export::parse(export_json)?;
+        let drawing = Arc::clone(&self.drawing);
+        let bytes = watch::run_core(py, move |_| raster::to_png(&drawing, &export))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Write the drawing to a file, whole or not at all; the suffix says how.
     // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
-    #[pyo3(signature = (path, width=None))]
-    fn save(&self, py: Python<'_>, path: PathBuf, width: Option<usize>) -> PyResult<()> {
-        py.detach(|| files::save(&self.outcome.drawing, &path, width)).map_err(errors::from_files)
+    fn save(&self, py: Python<'_>, path: PathBuf, export_json: &str) -> PyResult<()> {
+        let export = export::parse(export_json)?;
+        py.detach(|| files::save(&self.drawing, &path, &export)).map_err(errors::from_files)
+    }
+
+    /// The drawing with no dot smaller than this radius (JSON of a length) at the export's size.
+    fn with_min_dot(&self, py: Python<'_>, length_json: &str, export_json: &str) -> PyResult<Self> {
+        let least = export::length("min_dot", length_json)?;
+        let layout = export::parse(export_json)?.layout;
+        let drawing = Arc::clone(&self.drawing);
+        let (drawing, changes) = watch::run_core(py, move |_| {
+            let placement = layout.place(drawing.width, drawing.height)?;
+            drawing.with_least_radius(least.points() / placement.scale)
+        })?;
+        let mut stats = self.stats.clone();
+        stats.extend(counts(&drawing));
+        stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
+        stats.insert("dots_dropped".to_owned(), changes.dropped.into());
+        Ok(Self { drawing: Arc::new(drawing), stats, stages: self.stages.clone() })
     }
 
     /// Counts and times as JSON.
     fn stats(&self) -> PyResult<String> {
-        to_json(&self.outcome.stats)
+        to_json(&self.stats)
     }
 
     /// Version, importance and options as JSON.
     fn provenance(&self) -> PyResult<String> {
-        to_json(&self.outcome.drawing.provenance)
+        to_json(&self.drawing.provenance)
     }
 
     /// The dots: x, y, radius (n, 3) in pixels, and ink (n,).
     fn stipples<'py>(&self, py: Python<'py>) -> PyResult<StippleArrays<'py>> {
-        stipple_arrays(py, &self.outcome.drawing)
+        stipple_arrays(py, &self.drawing)
     }
 
     /// Number of regions.
     #[getter]
     fn region_count(&self) -> usize {
-        self.outcome.drawing.regions.len()
+        self.drawing.regions.len()
+    }
+
+    /// Number of dots.
+    #[getter]
+    fn stipple_count(&self) -> usize {
+        self.drawing.stipples.len()
     }
 
     /// Exterior (n, 2), holes (m, 2) each, area in px^2 and ink of a region, its curves flattened.
     fn region<'py>(&self, py: Python<'py>, index: usize) -> PyResult<RegionArrays<'py>> {
-        region_arrays(py, &self.outcome.drawing, index)
+        region_arrays(py, &self.drawing, index)
     }
 
-    /// Position of every node, (n, 2).
-    fn sites<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        arrays::from_pairs(py, self.outcome.graph.sites.clone())
+    /// All areas of an ink (0 black, 1 white) as polygons: its regions, then its dots.
+    fn polygons<'py>(&self, py: Python<'py>, ink: u8) -> PyResult<PolygonArrays<'py>> {
+        let drawing = Arc::clone(&self.drawing);
+        let polygons = watch::run_core(py, move |_| Ok(Polygons::of(&drawing, Ink::of_label(ink))))?;
+        Ok((
+            arrays::from_pairs(py, polygons.points)?,
+            polygons.ring_of_point.into_pyarray(py),
+            polygons.area_of_ring.into_pyarray(py),
+        ))
     }
 
-    /// Every edge once, (m, 2), lower node first.
-    fn edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        arrays::from_pairs(py, self.outcome.graph.edges().collect())
+    /// The second graph; `None` for a drawing from a file.
+    fn graph<'py>(&self, py: Python<'py>) -> PyResult<Option<GraphArrays<'py>>> {
+        let Some(stages) = &self.stages else { return Ok(None) };
+        Ok(Some((
+            arrays::from_pairs(py, stages.graph.sites.clone())?,
+            arrays::from_pairs(py, stages.graph.edges().collect())?,
+            stages.tone.clone().into_pyarray(py),
+            stages.labels.clone().into_pyarray(py),
+            stages.components.clone().into_pyarray(py),
+        )))
     }
 
-    /// Tone of every node.
-    fn tone<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.outcome.tone.clone().into_pyarray(py)
+    /// Importance on the canvas, (height, width); `None` for a drawing from a file.
+    fn importance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.stages.as_ref().map(|stages| arrays::from_field(py, stages.importance.clone())).transpose()
+    }
+}
+
+/// Areas of one ink as polygons, flat.
+#[derive(Default)]
+struct Polygons {
+    points: Vec<[f64; 2]>,
+    ring_of_point: Vec<u32>,
+    area_of_ring: Vec<u32>,
+}
+
+impl Polygons {
+    fn of(drawing: &core_drawing::Drawing, ink: Ink) -> Self {
+        let mut polygons = Self::default();
+        let mut area = 0;
+        for index in (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == ink) {
+            let (exterior, holes) = drawing.region_rings(index, FLATTENING_TOLERANCE);
+            polygons.push(area, exterior);
+            holes.into_iter().for_each(|hole| polygons.push(area, hole));
+            area += 1;
+        }
+        for index in (0..drawing.stipples.len()).filter(|i| drawing.stipples[*i].ink == ink) {
+            polygons.push(area, drawing.stipple_outline(index, FLATTENING_TOLERANCE));
+            area += 1;
+        }
+        polygons
     }
 
-    /// Label of every node.
-    fn labels<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u8>> {
-        self.outcome.labels.clone().into_pyarray(py)
+    fn push(&mut self, area: u32, ring: Vec<[f64; 2]>) {
+        self.ring_of_point.extend(std::iter::repeat_n(self.area_of_ring.len() as u32, ring.len()));
+        self.area_of_ring.push(area);
+        self.points.extend(ring);
     }
+}
 
-    /// Component of every node.
-    fn components<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.outcome.components.clone().into_pyarray(py)
-    }
-
-    /// Importance on the canvas, (height, width).
-    fn importance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        arrays::from_field(py, self.outcome.importance.clone())
-    }
+/// What a drawing itself tells: its size and what is in it.
+fn counts(drawing: &core_drawing::Drawing) -> Map<String, Value> {
+    let (anchors, coordinates) = drawing.count_written();
+    let counts = [
+        ("width", drawing.width),
+        ("height", drawing.height),
+        ("stipples", drawing.stipples.len()),
+        ("regions", drawing.regions.len()),
+        ("anchors", anchors),
+        ("coordinates", coordinates),
+    ];
+    counts.into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect()
 }
 
 /// All dots of a drawing.
@@ -165,11 +277,15 @@ pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &core_drawing::Drawin
     let Some(region) = drawing.regions.get(index) else {
         return Err(errors::invalid(format!("there is no region {index}: the drawing has {}", drawing.regions.len())));
     };
-    let (exterior, holes) = drawing.region_rings(index, core_drawing::FLATTENING_TOLERANCE);
+    let (exterior, holes) = drawing.region_rings(index, FLATTENING_TOLERANCE);
     let holes = holes.into_iter().map(|hole| arrays::from_pairs(py, hole)).collect::<PyResult<_>>()?;
     Ok((arrays::from_pairs(py, exterior)?, holes, drawing.region_area(index), region.ink as u8))
 }
 
 fn to_json(value: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|error| errors::from_core(Error::Internal(error.to_string())))
+}
+
+fn to_value(value: &impl serde::Serialize) -> PyResult<Value> {
+    serde_json::to_value(value).map_err(|error| errors::from_core(Error::Internal(error.to_string())))
 }

@@ -7,6 +7,7 @@
 mod arrays;
 mod drawing;
 mod errors;
+mod export;
 mod options;
 mod photo;
 mod stages;
@@ -18,7 +19,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use crate::drawing::{Drawing, draw};
+    use crate::drawing::{Drawing, draw, load};
     #[pymodule_export]
     use crate::options::{default_options, importance_source, paper_options, validated_options};
     #[pymodule_export]

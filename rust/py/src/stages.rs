@@ -3,6 +3,7 @@
 use graphstipple_core::diffusion::{self, Diffusion};
 use graphstipple_core::graph::Graph;
 use graphstipple_core::lattice::Lattice;
+use graphstipple_core::outline::Shaping;
 use graphstipple_core::{components as core_components, outline as core_outline, pipeline, triangulation, voronoi};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -150,7 +151,7 @@ pub(crate) fn components<'py>(
     Ok(ids.into_pyarray(py))
 }
 
-/// The stipples and regions of labelled sites.
+/// The stipples and regions of labelled sites, with the scale and the tolerance of the options (JSON).
 #[pyfunction]
 pub(crate) fn outline<'py>(
     py: Python<'py>,
@@ -159,8 +160,9 @@ pub(crate) fn outline<'py>(
     areas: PyReadonlyArray1<'py, f64>,
     width: usize,
     height: usize,
-    stipple_scale: f64,
+    options_json: &str,
 ) -> PyResult<(StippleArrays<'py>, Vec<RegionArrays<'py>>)> {
+    let options = options::parse(options_json)?;
     let sites = arrays::pairs("sites", &sites)?;
     let (labels, areas) = (arrays::values(&labels), arrays::values(&areas));
     if sites.len() != labels.len() {
@@ -169,8 +171,8 @@ pub(crate) fn outline<'py>(
     let drawing = watch::run_core(py, move |control| {
         let triangulation = triangulation::triangulate(sites, width, height, control)?;
         let components = core_components::components(&triangulation.graph, &labels);
-        let outlines =
-            core_outline::outline(&triangulation, &labels, &components, &areas, (width, height), stipple_scale, control)?;
+        let shaping = Shaping { stipple_scale: options.stipple_scale, tolerance: options.tolerance };
+        let outlines = core_outline::outline(&triangulation, &labels, &components, &areas, (width, height), shaping, control)?;
         Ok(outlines.drawing)
     })?;
     let regions = (0..drawing.regions.len()).map(|index| region_arrays(py, &drawing, index)).collect::<PyResult<_>>()?;

@@ -1,0 +1,223 @@
+//! Assembly: from boundary curves and dots to the regions that they bound, their order and levels.
+//!
+//! Every curve and every dot names the components on its two sides; a component that is not a dot becomes a region. Its rings are the
+//! closed curves around it and in it, and, if it touches the frame, runs of open curves and frame in turn. Everything is put into an order
+//! that depends on the geometry alone, so that a drawing read back from a file is the drawing that was written.
+//! What this module does not do: find out who lies beside a curve (see [`crate::outline`] and [`crate::load`]).
+
+use kurbo::{BezPath, PathEl, Point, Shape};
+
+use crate::drawing::{
+    Drawing, FLATTENING_TOLERANCE, Frame, Ink, Mark, Region, Ring, RingPart, Stipple, circle_polygon, signed_area,
+};
+use crate::error::{Error, Result};
+
+/// What a drawing is put together from.
+#[derive(Debug, Default)]
+pub(crate) struct Parts {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) units: f64,
+    /// The shared curves, black on their left, each with the components to its left and right.
+    pub(crate) curves: Vec<(BezPath, [u32; 2])>,
+    /// The dots, each with its own component and the one around it.
+    pub(crate) stipples: Vec<(Stipple, [u32; 2])>,
+    /// Ink of every component.
+    pub(crate) inks: Vec<Ink>,
+    /// The component on the frame, when no curve ends there.
+    pub(crate) on_frame: u32,
+}
+
+/// The drawing of these parts; its provenance is left empty.
+///
+/// # Errors
+/// [`Error::Internal`] if the parts do not fit together.
+pub(crate) fn assemble(parts: Parts) -> Result<Drawing> {
+    let frame = Frame { width: parts.width as f64, height: parts.height as f64 };
+    let count = parts.inks.len();
+    let mut is_dot = vec![false; count];
+    for (_, [own, _]) in &parts.stipples {
+        is_dot[*own as usize] = true;
+    }
+    let mut drawing = Drawing { width: parts.width, height: parts.height, units: parts.units, ..Drawing::default() };
+    let mut placed: Vec<(Point, BezPath, [u32; 2])> =
+        parts.curves.into_iter().map(|(path, beside)| (top_of_curve(&path), path, beside)).collect();
+    placed.sort_by(|a, b| from_the_top(a.0, b.0));
+    let (curves, beside): (Vec<BezPath>, Vec<[u32; 2]>) = placed.into_iter().map(|(_, path, beside)| (path, beside)).unzip();
+    drawing.curves = curves;
+    let mut stipples = parts.stipples;
+    stipples.sort_by(|(a, _), (b, _)| a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x)));
+
+    // What is known of a component's region so far: its outer boundary with the area inside, and its holes.
+    let mut exteriors: Vec<Option<(Ring, f64)>> = vec![None; count];
+    let mut holes: Vec<Vec<Ring>> = vec![Vec::new(); count];
+    // The component around a component; none for one that touches the frame.
+    let mut container: Vec<Option<u32>> = vec![None; count];
+
+    for (component, ring) in frame_rings(frame, &drawing.curves, &beside, parts.on_frame)? {
+        let area = drawing.ring_path(&ring).area();
+        exteriors[component as usize] = Some((ring, area));
+    }
+    for (number, path) in drawing.curves.iter().enumerate().filter(|(_, path)| is_closed(path)) {
+        let [black, white] = beside[number];
+        let area = path.area();
+        let part = |reversed: bool| Ring { parts: vec![RingPart::Curve { index: number as u32, reversed }] };
+        // Positive: what lies on its left is inside.
+        let (inner, outer) = if area > 0.0 { (black, white) } else { (white, black) };
+        container[inner as usize] = Some(outer);
+        exteriors[inner as usize] = Some((part(area < 0.0), area.abs()));
+        holes[outer as usize].push(part(area > 0.0));
+    }
+    for (index, (_, [own, around])) in stipples.iter().enumerate() {
+        container[*own as usize] = Some(*around);
+        holes[*around as usize].push(Ring { parts: vec![RingPart::Stipple { index: index as u32 }] });
+    }
+    let own_of_stipple: Vec<u32> = stipples.iter().map(|(_, [own, _])| *own).collect();
+    drawing.stipples = stipples.into_iter().map(|(stipple, _)| stipple).collect();
+
+    let mut regions: Vec<(Point, u32, Region)> = Vec::new();
+    for component in (0..count).filter(|c| !is_dot[*c]) {
+        let (exterior, enclosed_area) =
+            exteriors[component].take().ok_or_else(|| Error::Internal(format!("component {component} has no outer boundary")))?;
+        let mut placed: Vec<(Point, Ring)> =
+            std::mem::take(&mut holes[component]).into_iter().map(|hole| (top(&drawing, &hole), hole)).collect();
+        placed.sort_by(|a, b| from_the_top(a.0, b.0));
+        let holes = placed.into_iter().map(|(_, hole)| hole).collect();
+        let region = Region { ink: parts.inks[component], level: 0, exterior, holes, enclosed_area };
+        regions.push((top(&drawing, &region.exterior), component as u32, region));
+    }
+    regions.sort_by(|a, b| from_the_top(a.0, b.0));
+    let own_of_region: Vec<u32> = regions.iter().map(|(_, component, _)| *component).collect();
+    drawing.regions = regions.into_iter().map(|(_, _, region)| region).collect();
+
+    put_in_order(&mut drawing);
+    find_levels(&mut drawing, &container, &own_of_region, &own_of_stipple)?;
+    Ok(drawing)
+}
+
+/// Whether a curve has no ends.
+pub(crate) fn is_closed(path: &BezPath) -> bool {
+    path.elements().last() == Some(&PathEl::ClosePath)
+}
+
+/// The uppermost on-curve point of a ring, the leftmost of those.
+fn top(drawing: &Drawing, ring: &Ring) -> Point {
+    let points = ring.parts.iter().map(|part| match *part {
+        RingPart::Curve { index, .. } => top_of_curve(&drawing.curves[index as usize]),
+        RingPart::Stipple { index } => {
+            let stipple = &drawing.stipples[index as usize];
+            Point::new(stipple.x, stipple.y - stipple.radius)
+        }
+        RingPart::Corner(x, y) => Point::new(x, y),
+    });
+    points.min_by(|a, b| from_the_top(*a, *b)).unwrap_or_default()
+}
+
+fn top_of_curve(path: &BezPath) -> Point {
+    path.elements().iter().filter_map(PathEl::end_point).min_by(|a, b| from_the_top(*a, *b)).unwrap_or_default()
+}
+
+fn from_the_top(a: Point, b: Point) -> std::cmp::Ordering {
+    a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x))
+}
+
+/// Where an open curve meets the frame.
+pub(crate) struct End {
+    pub(crate) position: f64,
+    pub(crate) curve: u32,
+    /// Whether the curve begins here.
+    pub(crate) begins: bool,
+}
+
+/// All ends of open curves, by their place on the frame.
+pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
+    let mut ends = Vec::new();
+    for (number, path) in (0u32..).zip(curves).filter(|(_, path)| !is_closed(path)) {
+        let elements = path.elements();
+        for (element, begins) in [(elements.first(), true), (elements.last(), false)] {
+            let point = element.and_then(PathEl::end_point).unwrap_or_default();
+            ends.push(End { position: frame.position(point), curve: number, begins });
+        }
+    }
+    ends.sort_by(|a, b| a.position.total_cmp(&b.position).then(a.curve.cmp(&b.curve)));
+    ends
+}
+
+/// The exteriors of the components that touch the frame.
+fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: u32) -> Result<Vec<(u32, Ring)>> {
+    let ends = ends_on_frame(frame, curves);
+    if ends.is_empty() {
+        return Ok(vec![(on_frame, Ring { parts: frame.corners_between(-1.0, frame.perimeter()).collect() })]);
+    }
+    // Where the other end of every curve is.
+    let mut places = vec![[0usize; 2]; curves.len()];
+    for (k, end) in ends.iter().enumerate() {
+        places[end.curve as usize][usize::from(!end.begins)] = k;
+    }
+    // The component on the frame just after an end, in the positive direction, and just before it.
+    let sides = |end: &End| {
+        let [left, right] = beside[end.curve as usize];
+        if end.begins { (right, left) } else { (left, right) }
+    };
+    let mut rings = Vec::new();
+    let mut walked = vec![false; ends.len()];
+    for first in 0..ends.len() {
+        if walked[first] {
+            continue;
+        }
+        let (component, _) = sides(&ends[first]);
+        let mut parts = Vec::new();
+        let mut k = first;
+        while !walked[k] {
+            walked[k] = true;
+            let next = (k + 1) % ends.len();
+            let lap = if next == 0 { frame.perimeter() } else { 0.0 };
+            parts.extend(frame.corners_between(ends[k].position, ends[next].position + lap));
+            let end = &ends[next];
+            if sides(end).1 != component {
+                return Err(Error::Internal(format!(
+                    "components {component} and {} meet on the frame without a boundary",
+                    sides(end).1
+                )));
+            }
+            parts.push(RingPart::Curve { index: end.curve, reversed: !end.begins });
+            k = places[end.curve as usize][usize::from(end.begins)];
+        }
+        rings.push((component, Ring { parts }));
+    }
+    Ok(rings)
+}
+
+/// The layered order.
+fn put_in_order(drawing: &mut Drawing) {
+    let regions = (0u32..).zip(&drawing.regions).map(|(i, region)| (region.enclosed_area, Mark::Region(i)));
+    let dot_area = |s: &Stipple| signed_area(&circle_polygon([s.x, s.y], s.radius, FLATTENING_TOLERANCE));
+    let stipples = (0u32..).zip(&drawing.stipples).map(|(i, stipple)| (dot_area(stipple), Mark::Stipple(i)));
+    let mut order: Vec<(f64, Mark)> = regions.chain(stipples).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    drawing.order = order.into_iter().map(|(_, mark)| mark).collect();
+}
+
+fn find_levels(drawing: &mut Drawing, container: &[Option<u32>], own_of_region: &[u32], own_of_stipple: &[u32]) -> Result<()> {
+    const UNKNOWN: u32 = u32::MAX;
+    let mut levels = vec![UNKNOWN; container.len()];
+    for &mark in &drawing.order {
+        let (component, ink) = match mark {
+            Mark::Region(i) => (own_of_region[i as usize], drawing.regions[i as usize].ink),
+            Mark::Stipple(i) => (own_of_stipple[i as usize], drawing.stipples[i as usize].ink),
+        };
+        let level = match container[component as usize] {
+            None => u32::from(ink == Ink::Black),
+            Some(around) => match levels[around as usize] {
+                UNKNOWN => return Err(Error::Internal(format!("component {component} comes before the one around it"))),
+                level => level + 1,
+            },
+        };
+        levels[component as usize] = level;
+        match mark {
+            Mark::Region(i) => drawing.regions[i as usize].level = level,
+            Mark::Stipple(i) => drawing.stipples[i as usize].level = level,
+        }
+    }
+    Ok(())
+}

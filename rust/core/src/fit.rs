@@ -1,0 +1,640 @@
+//! Fitting: from the midpoints of a chain to the curve that is drawn.
+//!
+//! # The idea
+//! The smoothed chain is a uniform quadratic B-spline whose control points are the midpoints of the chain's crossing edges; its pieces
+//! join in the middle between two midpoints. With a tolerance, runs of pieces are replaced by one cubic Bezier curve each, as long as
+//! possible, with the spline's own tangents at their ends. Each curve is fitted once and shared by both sides, so neighbours always fit.
+//!
+//! # Why curves never cross
+//! The pieces join inside triangles, and piece k runs from one triangle to the next across edge k. Every triangle is crossed by one
+//! chain alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
+//! two nodes, can touch no other chain and not itself, whatever the tolerance. Every curve is walked along like that, as it is flattened
+//! for regions and much finer, with the rounded coordinates that are written to files. One that strays is made shorter, at last a
+//! corner at the midpoint, which cannot stray. (The paper's own splines have no such guarantee.)
+//!
+//! # Coordinates
+//! All points lie on a grid of a power of two to the pixel, so that files hold them exactly in few digits; where the grid is too
+//! coarse for the triangles, on a finer one. Areas are kept: every curve makes up for what rounding and fitting the ones before it
+//! in the chain added or took away.
+
+use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArea, ParamCurveDeriv, PathEl, Point, QuadBez, Vec2};
+
+use crate::drawing::{FLATTENING_TOLERANCE, Frame, flatten_cubic, flatten_quad, signed_area};
+use crate::triangulation::Side;
+
+/// A closed loop below this area, in px^2, is rescaled to the area of its polygon of midpoints: the spline shrinks such small
+/// loops by 5 % and more, which would lighten or darken textures made of them. Larger loops lose less than a dot prints.
+const RESCALED_LOOP_AREA: f64 = 20.0;
+
+/// How near to the end of an edge a curve may cross it, as a fraction of its length. Smaller would allow slivers; larger would
+/// turn more corners sharp and split more curves.
+const EDGE_CLEARANCE: f64 = 0.05;
+
+/// How far a curve stays from the sides of its triangles, in px^2 of the triangle that a point makes with a side: rounding in the
+/// sum below is a thousandth of it.
+const SIDE_CLEARANCE: f64 = 1e-7;
+
+/// The most pieces that one cubic replaces: more hardly ever fit, and looking further costs time.
+const LONGEST_RUN: usize = 24;
+
+/// How much the end of a cubic is held to the spline's tangent, against the samples: less lets noise turn it, more leaves curves further
+/// from the spline, and runs shorter.
+const STIFFNESS: f64 = 0.5;
+
+/// The same for an end that must not turn, because the curve that begins there is already drawn.
+const FIXED: f64 = 1e9;
+
+/// How far from the spline a cubic may lie before its control points are rounded, as a part of the tolerance: rounding seldom takes it
+/// further.
+const BEFORE_ROUNDING: f64 = 1.0;
+
+/// What a step along the curve counts, against one away from it, when a joint is moved to the grid.
+const ALONG: f64 = 0.1;
+
+/// How much keeping the area weighs, against keeping to the samples, when control points are rounded: less lets small loops lose
+/// some of it, more takes curves further from the spline.
+const AREA_WEIGHT: f64 = 2.0;
+
+/// The area that a closed curve may gain or lose, in px^2, and as a share of its own: a fiftieth of the smallest loop in which anyone
+/// would see it.
+const AREA_LEFT: f64 = 0.25;
+/// See [`AREA_LEFT`].
+const AREA_LEFT_SHARE: f64 = 0.002;
+
+/// The part of the tolerance below which fitting with less is given up.
+const LEAST_TOLERANCE: f64 = 1.0 / 16.0;
+
+/// How much finer than for regions a curve is flattened to see that it stays in its triangles.
+const FINE: f64 = 0.25;
+
+/// Steps from the drawing's grid to finer ones, for points that the coarser grid would move out of their triangle.
+pub(crate) const FINER_GRIDS: [f64; 4] = [1.0, 16.0, 256.0, 131_072.0];
+
+/// The grid of a drawing: units to a pixel, a power of two.
+///
+/// With a tolerance the grid's error stays a third of it, and an eighth of a pixel is enough for nodes a pixel apart. Without one,
+/// control points are a sixteenth of a pixel apart, and the points between them half as much.
+pub(crate) fn units_per_pixel(tolerance: f64, nodes_per_pixel: f64) -> f64 {
+    let least = if tolerance > 0.0 { (2.0 / tolerance).max(8.0) } else { 32.0 };
+    let spacing = (1.15 / nodes_per_pixel).sqrt();
+    let mut units = 8.0;
+    while units < least || units * spacing < 8.0 {
+        units *= 2.0;
+    }
+    units
+}
+
+/// A crossing edge: its black and its white node.
+pub(crate) type CrossingEdge = [Point; 2];
+
+/// What a chain is fitted with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fit {
+    /// How far a curve may lie from the spline, in pixels; 0 keeps every midpoint.
+    pub(crate) tolerance: f64,
+    /// Units to a pixel of the grid of coordinates.
+    pub(crate) units: f64,
+    pub(crate) frame: Frame,
+}
+
+impl Fit {
+    /// The curve of the chain that crosses `edges`, with black on its left. An open chain begins and ends on the given sides of the
+    /// frame.
+    pub(crate) fn curve(&self, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> BezPath {
+        let spline = Spline::new(self, edges, ends);
+        let sleeve = Sleeve::new(edges, ends, self.frame);
+        // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
+        let controls: Vec<Point> = spline.controls.iter().map(|p| self.snap(*p, 0.5)).collect();
+        let snapped = joints(&controls, self.frame, ends);
+        let mut tolerance = self.tolerance;
+        loop {
+            let mut fitter = Fitter::new(&Self { tolerance, ..*self }, &spline, &snapped, &sleeve);
+            fitter.run();
+            let area = if spline.closed { fitter.areas[edges.len()] } else { 0.0 };
+            // What the last curve could not make up for is left over: with a smaller tolerance it is less.
+            let is_kept = fitter.surplus.abs() <= AREA_LEFT + AREA_LEFT_SHARE * area.abs();
+            if is_kept || tolerance <= self.tolerance * LEAST_TOLERANCE {
+                let mut path = fitter.path;
+                if ends.is_none() {
+                    path.close_path();
+                }
+                return path;
+            }
+            tolerance /= 2.0;
+        }
+    }
+
+    fn snap(&self, p: Point, finer: f64) -> Point {
+        let units = self.units * finer;
+        Point::new((p.x * units).round() / units, (p.y * units).round() / units)
+    }
+}
+
+/// The nine points of a grid around p.
+fn around(p: Point, units: f64) -> [Point; 9] {
+    let (x, y) = ((p.x * units).round(), (p.y * units).round());
+    std::array::from_fn(|k| Point::new((x + (k % 3) as f64 - 1.0) / units, (y + (k / 3) as f64 - 1.0) / units))
+}
+
+/// Twice the signed area of the triangle a, b, c: positive when c lies to the left of a to b (from +x towards +y).
+fn turn(a: Point, b: Point, c: Point) -> f64 {
+    (b - a).cross(c - a)
+}
+
+/// Where the segment from p to q crosses the line through u and v, as a fraction of the way from u to v.
+fn crossing(p: Point, q: Point, u: Point, v: Point) -> f64 {
+    let (from, to) = (turn(p, q, u), turn(p, q, v));
+    // Parallel: nowhere.
+    if from == to { f64::INFINITY } else { from / (from - to) }
+}
+
+/// Whether a fraction along an edge keeps clear of its ends.
+fn clear(fraction: f64) -> bool {
+    (EDGE_CLEARANCE..=1.0 - EDGE_CLEARANCE).contains(&fraction)
+}
+
+/// The points in which the pieces of a spline join, from begin to end.
+fn joints(controls: &[Point], frame: Frame, ends: Option<[Side; 2]>) -> Vec<Point> {
+    let (first, last) = (controls[0], controls[controls.len() - 1]);
+    let [begin, end] =
+        ends.map_or([last.midpoint(first); 2], |[begin, end]| [frame.project(first, begin), frame.project(last, end)]);
+    let between = controls.windows(2).map(|pair| pair[0].midpoint(pair[1]));
+    std::iter::once(begin).chain(between).chain(std::iter::once(end)).collect()
+}
+
+/// A chain's spline: control points and joints in turn.
+struct Spline {
+    /// Midpoint of every crossing edge.
+    controls: Vec<Point>,
+    /// `joints[k]` is where piece k begins and `joints[k + 1]` where it ends; for a closed chain the last is the first again.
+    joints: Vec<Point>,
+    closed: bool,
+}
+
+impl Spline {
+    fn new(fit: &Fit, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> Self {
+        let controls: Vec<Point> = edges.iter().map(|[black, white]| black.midpoint(*white)).collect();
+        let mut spline = Self { joints: joints(&controls, fit.frame, ends), controls, closed: ends.is_none() };
+        if spline.closed {
+            spline.rescale(edges);
+        }
+        spline
+    }
+
+    fn piece(&self, k: usize) -> QuadBez {
+        QuadBez::new(self.joints[k], self.controls[k], self.joints[k + 1])
+    }
+
+    /// The direction of the spline in a joint, of any length.
+    fn direction(&self, k: usize) -> Vec2 {
+        let n = self.controls.len();
+        if self.closed {
+            self.controls[k % n] - self.controls[(k + n - 1) % n]
+        } else if k == 0 {
+            self.controls[0] - self.joints[0]
+        } else if k == n {
+            self.joints[n] - self.controls[n - 1]
+        } else {
+            self.controls[k] - self.controls[k - 1]
+        }
+    }
+
+    /// Scales a small loop about its middle so that the spline has the area of the polygon of its midpoints, if every piece then
+    /// still crosses its edge.
+    fn rescale(&mut self, edges: &[CrossingEdge]) {
+        let n = self.controls.len();
+        let polygon: Vec<[f64; 2]> = self.controls.iter().map(|p| [p.x, p.y]).collect();
+        let area = signed_area(&polygon).abs();
+        if area >= RESCALED_LOOP_AREA {
+            return;
+        }
+        let spline: f64 = (0..n).map(|k| self.piece(k).signed_area()).sum();
+        let factor = (area / spline.abs()).sqrt();
+        if !(factor > 1.0 && factor < 1.5) {
+            return;
+        }
+        let middle = (self.controls.iter().fold(Vec2::ZERO, |sum, p| sum + p.to_vec2()) / n as f64).to_point();
+        let scaled = |p: &Point| middle + (*p - middle) * factor;
+        let joints: Vec<Point> = self.joints.iter().map(scaled).collect();
+        let stays = (0..n).all(|k| clear(crossing(joints[k], joints[k + 1], edges[k][0], edges[k][1])));
+        if stays {
+            self.controls = self.controls.iter().map(scaled).collect();
+            self.joints = joints;
+        }
+    }
+}
+
+/// The triangles that a chain runs through. Cell k holds joint k: it lies between edges k - 1 and k. The first and last cell of an
+/// open chain lie between an edge and the frame.
+struct Sleeve<'a> {
+    edges: &'a [CrossingEdge],
+    cells: Vec<Cell>,
+    closed: bool,
+    frame: Frame,
+}
+
+/// A convex cell: to the left of its sides.
+#[derive(Clone, Copy)]
+struct Cell {
+    sides: [[Point; 2]; 3],
+}
+
+impl Cell {
+    fn holds(&self, p: Point) -> bool {
+        self.sides.iter().all(|[a, b]| turn(*a, *b, p) > SIDE_CLEARANCE)
+    }
+}
+
+impl<'a> Sleeve<'a> {
+    fn new(edges: &'a [CrossingEdge], ends: Option<[Side; 2]>, frame: Frame) -> Self {
+        let n = edges.len();
+        // With black on the left of the way, an edge has what comes before on its left from white to black.
+        let between = |[black, white]: CrossingEdge, [next_black, next_white]: CrossingEdge| {
+            let third = if black == next_black { [white, next_white] } else { [next_black, black] };
+            Cell { sides: [[black, white], [next_white, next_black], third] }
+        };
+        let cells = match ends {
+            None => (0..n).map(|k| between(edges[(k + n - 1) % n], edges[k])).collect(),
+            Some([begin, end]) => {
+                let [black, white] = edges[0];
+                let first =
+                    Cell { sides: [[white, black], [black, frame.project(black, begin)], [frame.project(white, begin), white]] };
+                let [black, white] = edges[n - 1];
+                let last = Cell { sides: [[black, white], [frame.project(black, end), black], [white, frame.project(white, end)]] };
+                let inner = edges.windows(2).map(|pair| between(pair[0], pair[1]));
+                std::iter::once(first).chain(inner).chain(std::iter::once(last)).collect()
+            }
+        };
+        Self { edges, cells, closed: ends.is_none(), frame }
+    }
+
+    fn cell(&self, k: usize) -> &Cell {
+        &self.cells[if self.closed { k % self.cells.len() } else { k }]
+    }
+
+    /// Whether a polyline from a point in cell `first` to one in cell `last` walks through the cells between, one after the other. Near its
+    /// ends it must keep in front of the first point and behind the last, seen in the given directions, so that it cannot
+    /// meet what comes before and after.
+    fn holds(&self, polyline: &[Point], first: usize, last: usize, directions: [Vec2; 2]) -> bool {
+        let (begin, end) = (polyline[0], polyline[polyline.len() - 1]);
+        let in_front = |p: Point| (p - begin).dot(directions[0]) > 0.0;
+        let behind = |p: Point| (p - end).dot(directions[1]) < 0.0;
+        let mut cell = first;
+        for (i, pair) in polyline.windows(2).enumerate() {
+            let (p, q) = (pair[0], pair[1]);
+            let is_end = i + 2 == polyline.len();
+            if !is_end && !self.frame.holds(q) {
+                return false;
+            }
+            while !self.cell(cell).holds(q) {
+                if cell == last {
+                    return false;
+                }
+                let [black, white] = self.edges[cell];
+                let fraction = crossing(p, q, black, white);
+                if !(turn(black, white, q) > 0.0 && clear(fraction)) {
+                    return false;
+                }
+                let at = black.lerp(white, fraction);
+                if (cell == first && !in_front(at)) || (cell + 1 == last && !behind(at)) {
+                    return false;
+                }
+                cell += 1;
+            }
+            if (cell == first && !in_front(q)) || (cell == last && !is_end && !behind(q)) {
+                return false;
+            }
+        }
+        cell == last
+    }
+}
+
+/// Fits one chain.
+struct Fitter<'a> {
+    fit: Fit,
+    spline: &'a Spline,
+    sleeve: &'a Sleeve<'a>,
+    /// Every joint on the finest grid that keeps it in its cell.
+    anchors: Vec<Point>,
+    /// Area under the spline from its begin to every joint.
+    areas: Vec<f64>,
+    /// Area that the path so far has more than the spline.
+    surplus: f64,
+    /// The direction in which the last cubic ended.
+    heading: Option<Vec2>,
+    path: BezPath,
+    /// Points of the spline between the ends of a run, with their places on the cubic.
+    samples: Vec<(Point, f64)>,
+    polyline: Vec<Point>,
+}
+
+impl<'a> Fitter<'a> {
+    fn new(fit: &Fit, spline: &'a Spline, snapped: &[Point], sleeve: &'a Sleeve<'a>) -> Self {
+        let n = spline.controls.len();
+        let anchor = |k: usize| {
+            let joint = spline.joints[k];
+            let on_frame = !spline.closed && (k == 0 || k == n);
+            if fit.tolerance > 0.0 && !on_frame {
+                // Along the curve a point may move: of those around, the one nearest to the curve.
+                let direction = spline.direction(k) / spline.direction(k).hypot2().sqrt();
+                let off = |p: &Point| (*p - joint).cross(direction).abs() + ALONG * (*p - joint).dot(direction).abs();
+                let inside = around(joint, fit.units).into_iter().filter(|p| sleeve.cell(k).holds(*p));
+                if let Some(p) = inside.min_by(|a, b| off(a).total_cmp(&off(b))) {
+                    return p;
+                }
+            }
+            let coarse = (fit.tolerance == 0.0).then_some(snapped[k]);
+            let finer = FINER_GRIDS.iter().map(|finer| fit.snap(joint, *finer));
+            coarse.into_iter().chain(finer).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(joint)
+        };
+        let mut anchors: Vec<Point> = (0..=n).map(anchor).collect();
+        if spline.closed {
+            anchors[n] = anchors[0];
+        }
+        let mut areas = Vec::with_capacity(n + 1);
+        let mut area = 0.0;
+        areas.push(area);
+        for k in 0..n {
+            area += spline.piece(k).signed_area();
+            areas.push(area);
+        }
+        let mut path = BezPath::with_capacity(n + 2);
+        path.move_to(anchors[0]);
+        Self {
+            fit: *fit,
+            spline,
+            sleeve,
+            anchors,
+            areas,
+            surplus: 0.0,
+            heading: None,
+            path,
+            samples: Vec::new(),
+            polyline: Vec::new(),
+        }
+    }
+
+    fn run(&mut self) {
+        let n = self.spline.controls.len();
+        let mut k = 0;
+        let mut runs: Vec<(usize, CubicBez)> = Vec::new();
+        while k < n {
+            runs.clear();
+            if self.fit.tolerance > 0.0 {
+                // One run that does not fit may be followed by a longer one that does; two hardly ever are.
+                let mut misses = 0;
+                for length in 2..=LONGEST_RUN.min(n - k) {
+                    match self.cubic(k, length) {
+                        Some(cubic) => {
+                            runs.push((length, cubic));
+                            misses = 0;
+                        }
+                        None => misses += 1,
+                    }
+                    if misses == 2 {
+                        break;
+                    }
+                }
+            }
+            match runs.iter().rev().find_map(|(length, cubic)| Some((*length, self.finished(k, *length, cubic)?))) {
+                Some((length, cubic)) => {
+                    self.push(k, length, PathEl::CurveTo(cubic.p1, cubic.p2, cubic.p3), cubic.signed_area());
+                    self.heading = Some(cubic.p3 - cubic.p2);
+                    k += length;
+                }
+                None => {
+                    self.single(k);
+                    self.heading = None;
+                    k += 1;
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, k: usize, length: usize, element: PathEl, area: f64) {
+        self.surplus += area - self.spline_area(k, length);
+        self.path.push(element);
+    }
+
+    /// Area under the spline from one anchor to another, by way of the joints.
+    fn spline_area(&self, k: usize, length: usize) -> f64 {
+        let last = k + length;
+        let triangle = |a: Point, b: Point| 0.5 * a.to_vec2().cross(b.to_vec2());
+        let [begin, end] = [k, last].map(|i| (self.anchors[i], self.spline.joints[i]));
+        triangle(begin.0, begin.1) + self.areas[last] - self.areas[k] + triangle(end.1, end.0)
+    }
+
+    /// How much the area weighs for a curve that ends in joint `last`: what the end of the chain leaves over stays.
+    fn area_weight(&self, last: usize) -> f64 {
+        if last == self.spline.controls.len() { 10.0 * AREA_WEIGHT } else { AREA_WEIGHT }
+    }
+
+    fn directions(&self, k: usize, length: usize) -> [Vec2; 2] {
+        [self.spline.direction(k), self.spline.direction(k + length)]
+    }
+
+    /// A cubic for `length` pieces from piece k on, if there is one near enough.
+    fn cubic(&mut self, k: usize, length: usize) -> Option<CubicBez> {
+        let (p0, p3) = (self.anchors[k], self.anchors[k + length]);
+        let chord = p3 - p0;
+        let [begin, end] = self.directions(k, length);
+        let begin = self.heading.unwrap_or(begin);
+        // A curve that turns by less than a right angle either way from its chord has no loop.
+        if !(begin.dot(chord) > 0.0 && end.dot(chord) > 0.0) {
+            return None;
+        }
+        let (begin, end) = (begin / begin.hypot2().sqrt(), end / end.hypot2().sqrt());
+        let is_last = k + length == self.spline.controls.len();
+        self.sample(k, length);
+        let mut cubic = self.least_squares(p0, p3, begin, end, is_last);
+        for _ in 0..2 {
+            self.project(&cubic);
+            cubic = self.least_squares(p0, p3, begin, end, is_last);
+        }
+        self.project(&cubic);
+        (self.deviation(&cubic) <= BEFORE_ROUNDING * self.fit.tolerance).then_some(cubic)
+    }
+
+    /// The cubic with rounded control points, if it is still near enough and stays in its cells.
+    fn finished(&mut self, k: usize, length: usize, cubic: &CubicBez) -> Option<CubicBez> {
+        self.sample(k, length);
+        self.project(cubic);
+        self.project(cubic);
+        let cubic = self.rounded(cubic, self.spline_area(k, length) - self.surplus, k + length);
+        self.project(&cubic);
+        let chord = cubic.p3 - cubic.p0;
+        let legs = [cubic.p1 - cubic.p0, cubic.p2 - cubic.p1, cubic.p3 - cubic.p2];
+        if self.deviation(&cubic) > self.fit.tolerance || legs.iter().any(|leg| leg.dot(chord) < 0.0) {
+            return None;
+        }
+        let directions = self.directions(k, length);
+        let stays = [FINE, 1.0].iter().all(|part| {
+            self.polyline.clear();
+            self.polyline.push(cubic.p0);
+            flatten_cubic(&cubic, part * FLATTENING_TOLERANCE, &mut self.polyline);
+            self.sleeve.holds(&self.polyline, k, k + length, directions)
+        });
+        stays.then_some(cubic)
+    }
+
+    /// Points of the spline between joints k and k + length: the middle of every piece and the joints.
+    fn sample(&mut self, k: usize, length: usize) {
+        self.samples.clear();
+        let mut way = 0.0;
+        let mut last = self.anchors[k];
+        for piece in k..k + length {
+            let middle = self.spline.piece(piece).eval(0.5);
+            way += (middle - last).hypot2().sqrt();
+            self.samples.push((middle, way));
+            let joint = self.spline.joints[piece + 1];
+            way += (joint - middle).hypot2().sqrt();
+            if piece + 1 < k + length {
+                self.samples.push((joint, way));
+            }
+            last = joint;
+        }
+        for (_, t) in &mut self.samples {
+            *t /= way;
+        }
+    }
+
+    /// The cubic with the given ends and tangents that lies nearest to the samples at their places (after Schneider, 1990). Its end may
+    /// turn a little from its tangent, unless `is_last`.
+    fn least_squares(&self, p0: Point, p3: Point, begin: Vec2, end: Vec2, is_last: bool) -> CubicBez {
+        let chord = (p3 - p0).hypot2().sqrt();
+        let aside = Vec2::new(-end.y, end.x);
+        let (mut aa, mut ab, mut bb, mut ac, mut bc, mut cc, mut ax, mut bx, mut cx) =
+            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for (point, t) in &self.samples {
+            let u = 1.0 - t;
+            let (b1, b2) = (3.0 * u * u * t, 3.0 * u * t * t);
+            let (a, b, c) = (begin * b1, end * -b2, aside * b2);
+            let base = p0.to_vec2() * (u * u * u + b1) + p3.to_vec2() * (b2 + t * t * t);
+            let rest = point.to_vec2() - base;
+            aa += a.dot(a);
+            ab += a.dot(b);
+            ac += a.dot(c);
+            bb += b.dot(b);
+            bc += b.dot(c);
+            cc += c.dot(c);
+            ax += a.dot(rest);
+            bx += b.dot(rest);
+            cx += c.dot(rest);
+        }
+        cc *= if is_last { FIXED } else { 1.0 + STIFFNESS };
+        let det = aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ac) + ac * (ab * bc - bb * ac);
+        let alpha = (ax * (bb * cc - bc * bc) - ab * (bx * cc - bc * cx) + ac * (bx * bc - bb * cx)) / det;
+        let beta = (aa * (bx * cc - bc * cx) - ax * (ab * cc - bc * ac) + ac * (ab * cx - bx * ac)) / det;
+        let gamma = (aa * (bb * cx - bx * bc) - ab * (ab * cx - bx * ac) + ax * (ab * bc - bb * ac)) / det;
+        let range = 0.05 * chord..=1.5 * chord;
+        if range.contains(&alpha) && range.contains(&beta) && gamma.abs() <= 0.5 * beta {
+            CubicBez::new(p0, p0 + begin * alpha, p3 - end * beta + aside * gamma, p3)
+        } else {
+            CubicBez::new(p0, p0 + begin * (chord / 3.0), p3 - end * (chord / 3.0), p3)
+        }
+    }
+
+    /// Moves the samples' places towards the nearest points of the cubic, by one step of Newton's method.
+    fn project(&mut self, cubic: &CubicBez) {
+        let first = cubic.deriv();
+        let second = first.deriv();
+        for (point, t) in &mut self.samples {
+            let off = cubic.eval(*t) - *point;
+            let d1 = first.eval(*t).to_vec2();
+            let slope = d1.dot(d1) + off.dot(second.eval(*t).to_vec2());
+            let next = *t - off.dot(d1) / slope;
+            if slope > 0.0 && (0.0..=1.0).contains(&next) {
+                *t = next;
+            }
+        }
+    }
+
+    /// The largest distance of a sample from its place on the cubic.
+    fn deviation(&self, cubic: &CubicBez) -> f64 {
+        let largest = self.samples.iter().map(|(point, t)| (cubic.eval(*t) - *point).hypot2()).fold(0.0, f64::max);
+        largest.sqrt()
+    }
+
+    /// The cubic with its control points on the grid: of those around, the ones with which it lies nearest to the samples, sideways, and
+    /// its area comes near to the wanted one.
+    fn rounded(&self, cubic: &CubicBez, wanted: f64, last: usize) -> CubicBez {
+        // The sum of squared distances is a quadratic function of the steps of both control points: x, y, x, y.
+        let mut gram = [[0.0; 4]; 4];
+        let mut linear = [0.0; 4];
+        let derivative = cubic.deriv();
+        for (point, t) in &self.samples {
+            let along = derivative.eval(*t).to_vec2();
+            let aside = Vec2::new(-along.y, along.x) / along.hypot2().sqrt();
+            let rest = (cubic.eval(*t) - *point).dot(aside);
+            let u = 1.0 - t;
+            let (b1, b2) = (3.0 * u * u * t, 3.0 * u * t * t);
+            let row = [aside.x * b1, aside.y * b1, aside.x * b2, aside.y * b2];
+            for i in 0..4 {
+                linear[i] += row[i] * rest;
+                for j in 0..4 {
+                    gram[i][j] += row[i] * row[j];
+                }
+            }
+        }
+        let chord = (cubic.p3 - cubic.p0).hypot2();
+        // The area as a mean distance along the chord.
+        let weight = self.area_weight(last) * self.samples.len() as f64 / chord;
+        let mut best = (f64::INFINITY, *cubic);
+        for p1 in around(cubic.p1, self.fit.units) {
+            for p2 in around(cubic.p2, self.fit.units) {
+                let step = [p1.x - cubic.p1.x, p1.y - cubic.p1.y, p2.x - cubic.p2.x, p2.y - cubic.p2.y];
+                let mut cost = 0.0;
+                for i in 0..4 {
+                    cost += step[i] * (2.0 * linear[i] + (0..4).map(|j| gram[i][j] * step[j]).sum::<f64>());
+                }
+                let rounded = CubicBez { p1, p2, ..*cubic };
+                let off = rounded.signed_area() - wanted;
+                cost += weight * off * off;
+                if cost < best.0 {
+                    best = (cost, rounded);
+                }
+            }
+        }
+        best.1
+    }
+
+    /// Piece k as it is, on the coarsest grid that keeps it in its cells; a corner at the midpoint if none does.
+    fn single(&mut self, k: usize) {
+        let (from, control, to) = (self.anchors[k], self.spline.controls[k], self.anchors[k + 1]);
+        let [black, white] = self.sleeve.edges[k];
+        let directions = self.directions(k, 1);
+        let wanted = self.spline_area(k, 1) - self.surplus;
+        let mut controls = FINER_GRIDS.map(|finer| self.fit.snap(control, finer)).to_vec();
+        if self.fit.tolerance == 0.0 {
+            controls.insert(0, self.fit.snap(control, 0.5));
+        } else {
+            let cost = |p: &Point| {
+                let off = QuadBez::new(from, *p, to).signed_area() - wanted;
+                self.area_weight(k + 1) * off * off / (to - from).hypot2() + (*p - control).hypot2()
+            };
+            let mut around = around(control, self.fit.units);
+            around.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+            controls.splice(0..0, around);
+        }
+        for control in controls {
+            let quad = QuadBez::new(from, control, to);
+            let stays = [FINE, 1.0].iter().all(|part| {
+                self.polyline.clear();
+                self.polyline.push(from);
+                flatten_quad(&quad, part * FLATTENING_TOLERANCE, &mut self.polyline);
+                self.sleeve.holds(&self.polyline, k, k + 1, directions)
+            });
+            if stays {
+                self.push(k, 1, PathEl::QuadTo(quad.p1, to), quad.signed_area());
+                return;
+            }
+        }
+        let corner = |finer: f64| self.fit.snap(black.midpoint(white), finer);
+        let corners = FINER_GRIDS.iter().map(|finer| corner(*finer));
+        let middle = corners.into_iter().find(|p| self.sleeve.holds(&[from, *p, to], k, k + 1, directions));
+        let middle = middle.unwrap_or_else(|| black.midpoint(white));
+        let area = 0.5 * (from.to_vec2().cross(middle.to_vec2()) + middle.to_vec2().cross(to.to_vec2()));
+        self.push(k, 1, PathEl::LineTo(middle), area);
+        self.path.line_to(to);
+    }
+}

@@ -1,0 +1,325 @@
+"""The drawing as data: sound at every tolerance, with fewer points that stay in place, and the same after saving and loading."""
+
+from __future__ import annotations
+
+import functools
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
+from tests.support import on_every_photo, photo
+
+import graphstipple as gs
+from graphstipple import stages
+
+TOLERANCES = (0.0, 0.1, 0.25, 0.5, 1.0)
+on_every_tolerance = pytest.mark.parametrize("tolerance", TOLERANCES)
+
+COMPARED_AREA = 20.0
+"""Regions above this area in px^2 keep it within `KEPT_AREA` of it."""
+
+KEPT_AREA = 0.02
+
+MOVED = 0.4
+"""How far, in pixels, a stipple may be from where it is at another tolerance: one at the frame has moved in, more or less."""
+
+
+@functools.cache
+def drawn(name: str, tolerance: float = 0.25, width: int | None = 256, height: int | None = 192) -> gs.Drawing:
+    """Draw a crop of a photo, or all of it; the tests share it and only read."""
+    return gs.draw(photo(name, width, height), options=gs.Options(tolerance=tolerance))
+
+
+def check_same_marks(simple: gs.Drawing | stages.Outline, exact: gs.Drawing | stages.Outline) -> None:
+    """Check that fewer points draw the same regions, of the same areas, and the same stipples, in whatever order."""
+    # Stipples lie on a grid that is as fine as the tolerance needs.
+    assert len(simple.stipples) == len(exact.stipples)
+    if len(exact.stipples):
+        simple_centres, exact_centres = (np.stack([dots["x"], dots["y"]], axis=1) for dots in (simple.stipples, exact.stipples))
+        distance, match = cKDTree(simple_centres).query(exact_centres)
+        assert len(set(match.tolist())) == len(match)
+        assert distance.max() < MOVED
+        np.testing.assert_array_equal(simple.stipples["ink"][match], exact.stipples["ink"])
+        assert np.abs(simple.stipples["radius"][match] - exact.stipples["radius"]).max() < MOVED
+
+    simple_inks, exact_inks = (np.array([region.ink for region in picture.regions]) for picture in (simple, exact))
+    np.testing.assert_array_equal(np.bincount(simple_inks, minlength=2), np.bincount(exact_inks, minlength=2))
+    shapes, references = np.array(polygons(simple)), polygons(exact)
+    tree = shapely.STRtree(shapes)
+    for reference, region in zip(references, exact.regions, strict=True):
+        if reference.area > COMPARED_AREA:
+            near = tree.query(reference)
+            shared = shapely.area(shapely.intersection(shapes[near], reference))
+            found = near[np.argmax(shared)]
+            assert shared.max() > 0.5 * reference.area
+            assert simple_inks[found] == region.ink
+            assert len(simple.regions[found].holes) == len(region.holes)
+            assert shapes[found].area == pytest.approx(reference.area, rel=KEPT_AREA)
+
+
+# Sound geometry ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["astronaut", "coffee"])
+@on_every_tolerance
+def test_photos_are_sound_at_every_tolerance(name: str, tolerance: float) -> None:
+    drawing = drawn(name, tolerance)
+    check_picture(drawing, drawing.width, drawing.height)
+    check_same_marks(drawing, drawn(name, 0.0))
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(3, 300),
+    width=st.integers(1, 60),
+    height=st.integers(1, 60),
+    share=st.floats(0.0, 1.0),
+    scale=st.floats(0.1, 4.0),
+)
+@on_every_tolerance
+def test_any_labels_are_sound_at_every_tolerance(  # noqa: PLR0917
+    tolerance: float, seed: int, n: int, width: int, height: int, share: float, scale: float
+) -> None:
+    random = np.random.default_rng(seed)
+    sites = 0.01 + random.uniform(0, 1, (n, 2)) * (np.array([width, height]) - 0.02)
+    labels = (random.random(n) < share).astype(np.uint8)
+    exact, simple = (
+        stages.outline(sites, labels, width, height, stipple_scale=scale, tolerance=value) for value in (0.0, tolerance)
+    )
+    check_picture(simple, width, height)
+    check_same_marks(simple, exact)
+
+
+@given(seed=st.integers(0, 2**32 - 1), width=st.integers(1, 80), height=st.integers(1, 80), density=st.floats(0.05, 2.0))
+@on_every_tolerance
+def test_random_images_are_sound_at_every_tolerance(tolerance: float, seed: int, width: int, height: int, density: float) -> None:
+    image = noise(seed, width, height)
+    exact, simple = (gs.draw(image, options=gs.Options(density=density, tolerance=value)) for value in (0.0, tolerance))
+    check_picture(simple, width, height)
+    check_same_marks(simple, exact)
+    assert simple.stats["coordinates"] <= exact.stats["coordinates"]
+
+
+# Fewer points --------------------------------------------------------------------------------------------------------------------
+
+
+@on_every_photo
+def test_a_quarter_of_a_pixel_saves_most_points_and_does_not_show(name: str) -> None:
+    drawing, exact = drawn(name, 0.25, None, None), drawn(name, 0.0, None, None)
+    stats = drawing.stats
+    assert stats["vertices"] == exact.stats["vertices"]
+    assert stats["anchors"] <= 0.36 * stats["vertices"]
+    assert stats["coordinates"] <= 0.9 * stats["vertices"]
+    assert np.abs(drawing.rasterize().astype(float) - exact.rasterize()).mean() < 4
+
+
+@pytest.mark.parametrize("name", ["camera", "rocket"])
+def test_more_tolerance_means_fewer_points(name: str) -> None:
+    coordinates = [drawn(name, tolerance).stats["coordinates"] for tolerance in TOLERANCES]
+    assert coordinates == sorted(coordinates, reverse=True)
+    assert coordinates[-1] < 0.7 * coordinates[0]
+
+
+# shapely -------------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["camera", "rocket"])
+def test_to_shapely_divides_the_canvas(name: str) -> None:
+    drawing = drawn(name)
+    black, white = drawing.to_shapely(), drawing.to_shapely("white")
+    canvas = drawing.width * drawing.height
+    for ink, shape in enumerate((black, white)):
+        assert shape.geom_type == "MultiPolygon"
+        assert shape.is_valid, shapely.is_valid_reason(shape)
+        regions = [region for region in drawing.regions if region.ink == ink]
+        stipples = drawing.stipples[drawing.stipples["ink"] == ink]
+        assert len(shape.geoms) == len(regions) + len(stipples)
+        areas = [polygon.area for polygon in shape.geoms]
+        assert areas[: len(regions)] == pytest.approx([region.area for region in regions])
+        centres = shapely.points(stipples["x"], stipples["y"])
+        assert shapely.contains(np.array(shape.geoms[len(regions) :]), centres).all()
+    assert black.area + white.area == pytest.approx(canvas, rel=AREA_TOLERANCE)
+    assert shapely.intersection(black, white).area <= AREA_TOLERANCE * canvas
+
+
+def test_to_shapely_without_marks_of_an_ink() -> None:
+    drawing = gs.draw(np.zeros((20, 30), np.uint8))
+    assert drawing.to_shapely("white").is_empty
+    assert drawing.to_shapely("black").equals(shapely.MultiPolygon([shapely.box(0, 0, 30, 20)]))
+    with pytest.raises(gs.InvalidInputError, match='ink is \'both\', but it must be "black" or "white"'):
+        drawing.to_shapely("both")  # type: ignore[arg-type]
+
+
+def test_to_shapely_without_shapely_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    # None is what Python takes for a module that is not there.
+    monkeypatch.setitem(sys.modules, "shapely", None)
+    with pytest.raises(gs.MissingPackageError, match="pip install shapely") as missing:
+        drawn("camera").to_shapely()
+    assert isinstance(missing.value, ImportError)
+
+
+# Saving and loading --------------------------------------------------------------------------------------------------------------
+
+FILES: list[tuple[str, dict[str, Any]]] = [
+    ("json", {}),
+    ("svg", {}),
+    ("svg", {"style": "layered"}),
+    ("svg", {"inks": "white"}),
+    ("svg", {"inks": "both"}),
+    ("svg", {"width": "200mm"}),
+    ("svg", {"page": "A4", "margin": "10mm", "style": "layered"}),
+]
+files = pytest.mark.parametrize(("suffix", "how"), FILES, ids=[f"{suffix} {how}" for suffix, how in FILES])
+
+
+def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
+    assert (loaded.width, loaded.height) == (drawing.width, drawing.height)
+    assert loaded.version == drawing.version == gs.__version__
+    # Threads are not part of a drawing.
+    assert loaded.options == drawing.options.replace(threads=None)
+    np.testing.assert_array_equal(loaded.stipples, drawing.stipples)
+    assert len(loaded.regions) == len(drawing.regions)
+    for one, other in zip(loaded.regions, drawing.regions, strict=True):
+        assert (one.ink, one.area) == (other.ink, other.area)
+        np.testing.assert_array_equal(one.exterior, other.exterior)
+        assert len(one.holes) == len(other.holes)
+        for hole, other_hole in zip(one.holes, other.holes, strict=True):
+            np.testing.assert_array_equal(hole, other_hole)
+    for how in ({}, {"style": "layered"}, {"inks": "both"}):
+        assert loaded.svg(**how) == drawing.svg(**how)  # type: ignore[arg-type]
+    assert loaded.json() == drawing.json()
+    np.testing.assert_array_equal(loaded.rasterize(), drawing.rasterize())
+    for name in ("width", "height", "stipples", "regions", "anchors", "coordinates"):
+        assert loaded.stats[name] == drawing.stats[name]
+
+
+@files
+@pytest.mark.parametrize("tolerance", [0.0, 0.25])
+@pytest.mark.parametrize("name", ["camera", "coffee"])
+def test_photos_survive_a_file(name: str, tolerance: float, suffix: str, how: dict[str, Any], tmp_path: Path) -> None:
+    drawing = drawn(name, tolerance)
+    drawing.save(tmp_path / f"drawing.{suffix}", **how)
+    check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+
+
+@files
+@pytest.mark.parametrize(
+    "image",
+    [np.zeros((4, 6), np.uint8), np.full((4, 6), 255, np.uint8), np.zeros((1, 1), np.uint8), noise(1, 30, 1), noise(2, 14, 11)],
+    ids=["black", "white", "one pixel", "a row", "noise"],
+)
+def test_awkward_drawings_survive_a_file(image: np.ndarray, suffix: str, how: dict[str, Any], tmp_path: Path) -> None:
+    options = gs.Options(density=2.0, nodes_per_pixel=1.0, alpha=1.0, stipple_scale=2.0, gamma=1.1, invert=True, threads=2)
+    drawing = gs.draw(image, importance="none", options=options)
+    drawing.save(tmp_path / f"drawing.{suffix}", **how)
+    check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+
+
+def test_a_loaded_drawing_knows_what_it_does_not_have(tmp_path: Path) -> None:
+    drawing = drawn("camera")
+    drawing.save(tmp_path / "drawing.json")
+    loaded = gs.load(str(tmp_path / "drawing.json"))
+    for attribute in ("graph", "importance"):
+        with pytest.raises(gs.GraphStippleError, match=f"loaded from a file, which holds no {attribute}"):
+            getattr(loaded, attribute)
+    assert "seconds" not in loaded.stats
+    assert repr(loaded) == repr(drawing)
+    assert loaded.to_shapely().equals(drawing.to_shapely())
+
+
+def test_what_is_no_drawing_is_not_loaded(tmp_path: Path) -> None:
+    with pytest.raises(gs.InvalidInputError, match=r"\.json"):
+        gs.load(tmp_path / "drawing.png")
+    with pytest.raises(gs.ImageFileNotFoundError, match="does not exist"):
+        gs.load(tmp_path / "drawing.json")
+    contents = {
+        "empty.svg": "",
+        "empty.json": "",
+        "other.json": '{"a": 1}',
+        "list.json": "[]",
+        "other.svg": '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 5 5"><path d="M0 0H5V5z"/></svg>',
+        "text.svg": "not a drawing",
+    }
+    for name, text in contents.items():
+        (tmp_path / name).write_text(text)
+        with pytest.raises(gs.ImageFileError, match=name) as refused:
+            gs.load(tmp_path / name)
+        assert "\n" not in str(refused.value)
+    (tmp_path / "bytes.json").write_bytes(b"\xff\xfe\x00\x80")
+    with pytest.raises(gs.ImageFileError, match="bytes"):
+        gs.load(tmp_path / "bytes.json")
+
+
+def test_a_damaged_drawing_is_an_error_and_no_crash(tmp_path: Path) -> None:
+    text = gs.draw(photo("camera", 40, 30)).json()
+    path = tmp_path / "drawing.json"
+    random = np.random.default_rng(0)
+    refused = 0
+    for _ in range(200):
+        begin = int(random.integers(0, len(text)))
+        end = begin + int(random.integers(1, 20))
+        path.write_text(text[:begin] + "".join(random.choice(list("0123456789-,.[]{}e"), end - begin)) + text[end:])
+        try:
+            loaded = gs.load(path)
+        except gs.GraphStippleError:
+            refused += 1
+        else:
+            loaded.svg()
+            loaded.rasterize()
+    assert refused > 100
+
+
+# The least dot -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("length", "size", "pixels"),
+    [
+        (0.8, {}, 0.8),
+        ("0.8px", {}, 0.8),
+        ("0.3mm", {"width": "64mm"}, 1.2),
+        ("0.3mm", {"page": "76x58mm", "margin": "5mm"}, 1.2),
+        (2, {"width": 512}, 1.0),
+        (0, {}, 0.0),
+    ],
+)
+def test_no_dot_is_smaller_than_the_least(length: Any, size: dict[str, Any], pixels: float) -> None:
+    drawing = drawn("astronaut")
+    assert (drawing.width, drawing.height) == (256, 192)
+    changed = drawing.with_min_dot(length, **size)
+    before, after = drawing.stipples, changed.stipples
+    assert (after["radius"] >= pixels * (1 - 1e-9)).all()
+    stats = changed.stats
+    assert stats["dots_dropped"] == len(before) - len(after)
+    small = int((before["radius"] < pixels).sum())
+    assert stats["dots_enlarged"] + stats["dots_dropped"] == small
+    assert stats["stipples"] == len(after)
+    assert stats["regions"] == len(changed.regions)
+    # Those that are large enough stay as they are, and the picture is as sound as before.
+    large = {tuple(dot) for dot in before[before["radius"] >= pixels].tolist()}
+    assert large <= {tuple(dot) for dot in after.tolist()}
+    check_picture(changed, changed.width, changed.height)
+    assert changed.options == drawing.options
+    assert changed.graph.sites.shape == drawing.graph.sites.shape
+
+
+def test_dots_are_dropped_where_there_is_no_room() -> None:
+    drawing = drawn("astronaut")
+    changed = drawing.with_min_dot(6)
+    assert changed.stats["dots_dropped"] > 0
+    assert drawing.with_min_dot(0.6).stats["dots_enlarged"] > 0
+    assert "dots_dropped" not in drawing.stats or drawing.stats["dots_dropped"] == 0
+    check_picture(changed, changed.width, changed.height)
+
+
+@pytest.mark.parametrize("length", ["thick", -1, float("nan"), True, None, "0.3 miles"])
+def test_a_least_dot_that_is_none(length: Any) -> None:
+    with pytest.raises(gs.InvalidInputError, match="min_dot is"):
+        drawn("astronaut").with_min_dot(length)
