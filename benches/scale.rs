@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use graphstipple_bench::{Photo, is_smoke_run, options, photo};
+use graphstipple_core::Options;
 use graphstipple_core::control::Control;
 use graphstipple_core::pipeline::draw;
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
@@ -90,7 +91,8 @@ fn measure(size: Size) -> Result<Measures, Box<dyn Error>> {
     let mut found: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     let mut measures = Measures::new();
     for run in 0..size.runs {
-        let outcome = draw(&luma, &importance, &options(), &Control::new())?;
+        let exact = Options { tolerance: 0.0, ..options() };
+        let outcome = draw(&luma, &importance, &exact, &Control::new())?;
         if run == 0 {
             // Before spade gets its own share of the memory.
             if let Some(bytes) = peak_memory() {
@@ -104,7 +106,13 @@ fn measure(size: Size) -> Result<Measures, Box<dyn Error>> {
         let spade = began.elapsed().as_secs_f64();
         assert_eq!(mesh.num_vertices(), outcome.stats.nodes, "spade loaded another graph");
         let total = outcome.stats.seconds["total"];
-        let own = [("spade".to_owned(), spade), ("ratio".to_owned(), total / spade)];
+        let fitted = draw(&luma, &importance, &options(), &Control::new())?.stats.seconds;
+        let own = [
+            ("spade".to_owned(), spade),
+            ("ratio".to_owned(), total / spade),
+            ("fitted_outlines".to_owned(), fitted["outlines"]),
+            ("fitted_ratio".to_owned(), fitted["total"] / spade),
+        ];
         for (name, value) in outcome.stats.seconds.into_iter().chain(own) {
             found.entry(name).or_default().push(value);
         }
@@ -148,7 +156,7 @@ impl Row {
 }
 
 /// The stages are in the order of the pipeline and have their names in `stats.seconds`.
-const ROWS: [Row; 14] = [
+const ROWS: [Row; 16] = [
     Row::seconds("lattice", "lattice"),
     Row::seconds("importance", "importance"),
     Row::seconds("relaxation", "relaxation"),
@@ -161,6 +169,8 @@ const ROWS: [Row; 14] = [
     Row::other("nodes kept", "nodes", 0, |_| 1.0),
     Row::seconds("spade bulk load", "spade"),
     Row::other("total / spade", "ratio", 2, |_| 1.0),
+    Row::seconds("outlines, fitted", "fitted_outlines"),
+    Row::other("total, fitted / spade", "fitted_ratio", 2, |_| 1.0),
     Row::other("peak memory, MB", "memory", 0, |_| 1e-6),
     Row::other("bytes a pixel", "memory", 0, |size| 1.0 / size.pixels()),
 ];
@@ -171,7 +181,7 @@ fn table(columns: &[(Size, Measures)]) -> String {
     let line = |name: &str, cells: Vec<String>, growth: Vec<String>| {
         let right = |cells: Vec<String>| cells.iter().map(|cell| format!("{cell:>13}")).collect::<String>();
         let bar = if grown.is_empty() { "" } else { "   |" };
-        format!("{}\n", format!("{name:<16}{}{bar}{}", right(cells), right(growth)).trim_end())
+        format!("{}\n", format!("{name:<22}{}{bar}{}", right(cells), right(growth)).trim_end())
     };
     let each = |columns: &[(Size, Measures)], cell: &dyn Fn(Size, &Measures) -> String| -> Vec<String> {
         columns.iter().map(|(size, measures)| cell(*size, measures)).collect()

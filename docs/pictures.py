@@ -73,10 +73,13 @@ def graph(sites: np.ndarray, edges: np.ndarray, grey: np.ndarray, part: tuple[in
 
 
 def stacked(drawing: gs.Drawing, part: tuple[int, int, int, int], scale: int, *, layered: bool) -> Image.Image:
-    """Return how many shapes of a file lie over each other in a part: white for none, and darker with each."""
+    """Return how many shapes of a file lie over each other in a part: white for none, and darker with each.
+
+    A layered file begins with its paper, which also stands for the white regions that touch the frame.
+    """
     left, top, right, bottom = part
     fine = SMOOTH * scale
-    count = np.zeros((fine * (bottom - top), fine * (right - left)), np.int16)
+    count = np.full((fine * (bottom - top), fine * (right - left)), int(layered), np.int16)
 
     def add(ring: np.ndarray, change: int) -> None:
         points = (ring - (left, top)) * fine
@@ -88,7 +91,8 @@ def stacked(drawing: gs.Drawing, part: tuple[int, int, int, int], scale: int, *,
             count[first[1] : last[1], first[0] : last[0]] += change * np.asarray(mask)
 
     for region in drawing.regions:
-        if layered or region.ink == 0:
+        is_paper = ((region.exterior <= 0) | (region.exterior >= (drawing.width, drawing.height))).any()
+        if region.ink == 0 or (layered and not is_paper):
             add(region.exterior, 1)
         if not layered and region.ink == 0:
             for hole in region.holes:

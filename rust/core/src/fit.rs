@@ -44,9 +44,8 @@ const STIFFNESS: f64 = 0.5;
 /// The same for an end that must not turn, because the curve that begins there is already drawn.
 const FIXED: f64 = 1e9;
 
-/// How far from the spline a cubic may lie before its control points are rounded, as a part of the tolerance: rounding seldom takes it
-/// further.
-const BEFORE_ROUNDING: f64 = 1.0;
+/// Rounds of placing the samples on a cubic and fitting it to them again, at most: more find a few more runs, and cost time.
+const ROUNDS: usize = 2;
 
 /// What a step along the curve counts, against one away from it, when a joint is moved to the grid.
 const ALONG: f64 = 0.1;
@@ -383,7 +382,8 @@ impl<'a> Fitter<'a> {
             if self.fit.tolerance > 0.0 {
                 // One run that does not fit may be followed by a longer one that does; two hardly ever are.
                 let mut misses = 0;
-                for length in 2..=LONGEST_RUN.min(n - k) {
+                // Nearly all runs are of three pieces or more.
+                for length in 3..=LONGEST_RUN.min(n - k) {
                     match self.cubic(k, length) {
                         Some(cubic) => {
                             runs.push((length, cubic));
@@ -394,6 +394,9 @@ impl<'a> Fitter<'a> {
                     if misses == 2 {
                         break;
                     }
+                }
+                if runs.is_empty() && k + 2 <= n {
+                    runs.extend(self.cubic(k, 2).map(|cubic| (2, cubic)));
                 }
             }
             match runs.iter().rev().find_map(|(length, cubic)| Some((*length, self.finished(k, *length, cubic)?))) {
@@ -447,12 +450,16 @@ impl<'a> Fitter<'a> {
         let is_last = k + length == self.spline.controls.len();
         self.sample(k, length);
         let mut cubic = self.least_squares(p0, p3, begin, end, is_last);
-        for _ in 0..2 {
+        // Places and cubic follow each other; most runs that fit at all do so after one more round.
+        for _ in 0..ROUNDS {
             self.project(&cubic);
             cubic = self.least_squares(p0, p3, begin, end, is_last);
+            self.project(&cubic);
+            if self.deviation(&cubic) <= self.fit.tolerance {
+                return Some(cubic);
+            }
         }
-        self.project(&cubic);
-        (self.deviation(&cubic) <= BEFORE_ROUNDING * self.fit.tolerance).then_some(cubic)
+        None
     }
 
     /// The cubic with rounded control points, if it is still near enough and stays in its cells.
@@ -558,44 +565,61 @@ impl<'a> Fitter<'a> {
     /// The cubic with its control points on the grid: of those around, the ones with which it lies nearest to the samples, sideways, and
     /// its area comes near to the wanted one.
     fn rounded(&self, cubic: &CubicBez, wanted: f64, last: usize) -> CubicBez {
-        // The sum of squared distances is a quadratic function of the steps of both control points: x, y, x, y.
-        let mut gram = [[0.0; 4]; 4];
-        let mut linear = [0.0; 4];
+        // The sum of squared distances is a quadratic function of the steps of both control points.
+        let (mut own, mut between, mut linear) = ([[0.0; 3]; 2], [0.0; 4], [Vec2::ZERO; 2]);
         let derivative = cubic.deriv();
         for (point, t) in &self.samples {
             let along = derivative.eval(*t).to_vec2();
             let aside = Vec2::new(-along.y, along.x) / along.hypot2().sqrt();
             let rest = (cubic.eval(*t) - *point).dot(aside);
             let u = 1.0 - t;
-            let (b1, b2) = (3.0 * u * u * t, 3.0 * u * t * t);
-            let row = [aside.x * b1, aside.y * b1, aside.x * b2, aside.y * b2];
-            for i in 0..4 {
-                linear[i] += row[i] * rest;
-                for j in 0..4 {
-                    gram[i][j] += row[i] * row[j];
-                }
+            let (a, b) = (aside * (3.0 * u * u * t), aside * (3.0 * u * t * t));
+            for (k, v) in [a, b].into_iter().enumerate() {
+                linear[k] += v * (2.0 * rest);
+                own[k] = [own[k][0] + v.x * v.x, own[k][1] + 2.0 * v.x * v.y, own[k][2] + v.y * v.y];
             }
+            between = [between[0] + a.x * b.x, between[1] + a.x * b.y, between[2] + a.y * b.x, between[3] + a.y * b.y];
         }
+        let cost_of = |k: usize, step: Vec2| {
+            let [xx, xy, yy] = own[k];
+            linear[k].dot(step) + xx * step.x * step.x + xy * step.x * step.y + yy * step.y * step.y
+        };
+        // Twenty times the area is a sum of cross products: of each control point with the ends, and of one with the other.
+        let [p0, p3] = [cubic.p0, cubic.p3].map(Point::to_vec2);
+        let area_of =
+            |k: usize, p: Vec2| if k == 0 { 6.0 * p0.cross(p) + 3.0 * p.cross(p3) } else { 3.0 * p0.cross(p) + 6.0 * p.cross(p3) };
         let chord = (cubic.p3 - cubic.p0).hypot2();
         // The area as a mean distance along the chord.
         let weight = self.area_weight(last) * self.samples.len() as f64 / chord;
+        let candidates = [cubic.p1, cubic.p2].map(|p| around(p, self.fit.units));
+        let parts: [[(Vec2, f64, f64); 9]; 2] = std::array::from_fn(|k| {
+            let from = [cubic.p1, cubic.p2][k];
+            candidates[k].map(|p| (p - from, cost_of(k, p - from), area_of(k, p.to_vec2())))
+        });
         let mut best = (f64::INFINITY, *cubic);
-        for p1 in around(cubic.p1, self.fit.units) {
-            for p2 in around(cubic.p2, self.fit.units) {
-                let step = [p1.x - cubic.p1.x, p1.y - cubic.p1.y, p2.x - cubic.p2.x, p2.y - cubic.p2.y];
-                let mut cost = 0.0;
-                for i in 0..4 {
-                    cost += step[i] * (2.0 * linear[i] + (0..4).map(|j| gram[i][j] * step[j]).sum::<f64>());
-                }
-                let rounded = CubicBez { p1, p2, ..*cubic };
-                let off = rounded.signed_area() - wanted;
-                cost += weight * off * off;
+        for (p1, (step1, cost1, area1)) in candidates[0].iter().zip(&parts[0]) {
+            let across = Vec2::new(between[0] * step1.x + between[2] * step1.y, between[1] * step1.x + between[3] * step1.y) * 2.0;
+            for (p2, (step2, cost2, area2)) in candidates[1].iter().zip(&parts[1]) {
+                let area = (p0.cross(p3) + area1 + area2 + 3.0 * p1.to_vec2().cross(p2.to_vec2())) / 20.0;
+                let off = area - wanted;
+                let cost = cost1 + cost2 + across.dot(*step2) + weight * off * off;
                 if cost < best.0 {
-                    best = (cost, rounded);
+                    best = (cost, CubicBez { p1: *p1, p2: *p2, ..*cubic });
                 }
             }
         }
         best.1
+    }
+
+    /// Whether the triangle of a quadratic curve's points stays in its cells, and so the curve however it is flattened: its two
+    /// ways around must walk through them, and nearly always do.
+    fn hull_stays(&self, quad: &QuadBez, k: usize) -> bool {
+        let QuadBez { p0, p1, p2 } = *quad;
+        let [black, white] = self.sleeve.edges[k];
+        let directions = self.directions(k, 1);
+        directions.iter().all(|direction| (p2 - p0).dot(*direction) > 0.0)
+            && clear(crossing(p0, p2, black, white))
+            && self.sleeve.holds(&[p0, p1, p2], k, k + 1, directions)
     }
 
     /// Piece k as it is, on the coarsest grid that keeps it in its cells; a corner at the midpoint if none does.
@@ -604,26 +628,24 @@ impl<'a> Fitter<'a> {
         let [black, white] = self.sleeve.edges[k];
         let directions = self.directions(k, 1);
         let wanted = self.spline_area(k, 1) - self.surplus;
-        let mut controls = FINER_GRIDS.map(|finer| self.fit.snap(control, finer)).to_vec();
-        if self.fit.tolerance == 0.0 {
-            controls.insert(0, self.fit.snap(control, 0.5));
-        } else {
+        let mut nearby = [self.fit.snap(control, 0.5); 9];
+        if self.fit.tolerance > 0.0 {
             let cost = |p: &Point| {
                 let off = QuadBez::new(from, *p, to).signed_area() - wanted;
                 self.area_weight(k + 1) * off * off / (to - from).hypot2() + (*p - control).hypot2()
             };
-            let mut around = around(control, self.fit.units);
-            around.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-            controls.splice(0..0, around);
+            nearby = around(control, self.fit.units);
+            nearby.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         }
-        for control in controls {
+        for control in nearby.into_iter().chain(FINER_GRIDS.map(|finer| self.fit.snap(control, finer))) {
             let quad = QuadBez::new(from, control, to);
-            let stays = [FINE, 1.0].iter().all(|part| {
-                self.polyline.clear();
-                self.polyline.push(from);
-                flatten_quad(&quad, part * FLATTENING_TOLERANCE, &mut self.polyline);
-                self.sleeve.holds(&self.polyline, k, k + 1, directions)
-            });
+            let stays = self.hull_stays(&quad, k)
+                || [FINE, 1.0].iter().all(|part| {
+                    self.polyline.clear();
+                    self.polyline.push(from);
+                    flatten_quad(&quad, part * FLATTENING_TOLERANCE, &mut self.polyline);
+                    self.sleeve.holds(&self.polyline, k, k + 1, directions)
+                });
             if stays {
                 self.push(k, 1, PathEl::QuadTo(quad.p1, to), quad.signed_area());
                 return;

@@ -519,7 +519,8 @@ impl Sides {
             return self.ground;
         }
         let position = self.frame.position(Point::new(0.0, p.y));
-        let behind = self.ends.partition_point(|end| end.position <= position);
+        // Just below, as above: the frame runs upwards here.
+        let behind = self.ends.partition_point(|end| end.position < position);
         self.after((behind + self.ends.len() - 1) % self.ends.len())
     }
 

@@ -1,0 +1,135 @@
+//! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
+
+use graphstipple_core::drawing::{Drawing, FLATTENING_TOLERANCE, RingPart, signed_area};
+use graphstipple_core::export::Export;
+use graphstipple_core::importance::Importance;
+use graphstipple_core::layers::{Inks, Style};
+use graphstipple_core::{Control, Field, Options, json, load, pipeline, svg};
+use proptest::prelude::*;
+
+type Segment = [[f64; 2]; 2];
+
+fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Whether two segments have a point in common.
+fn meet([a, b]: Segment, [c, d]: Segment) -> bool {
+    let on = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| {
+        turn(a, b, p) == 0.0 && (0..2).all(|axis| p[axis] >= a[axis].min(b[axis]) && p[axis] <= a[axis].max(b[axis]))
+    };
+    let crossed = |a, b, c, d| (turn(a, b, c) > 0.0) != (turn(a, b, d) > 0.0);
+    (crossed(a, b, c, d) && crossed(c, d, a, b)) || on(a, b, c) || on(a, b, d) || on(c, d, a) || on(c, d, b)
+}
+
+/// Every boundary once, as polygons, each with whether it is closed: the curves (as the regions on either side have them), then the dots.
+fn boundaries(drawing: &Drawing) -> Vec<(Vec<[f64; 2]>, bool)> {
+    let mut boundaries = Vec::new();
+    for (index, curve) in drawing.curves.iter().enumerate() {
+        let closed = curve.elements().last() == Some(&kurbo::PathEl::ClosePath);
+        // The region whose exterior or hole is this curve alone has its points.
+        let ring_of = |region: usize| {
+            let (exterior, holes) = drawing.region_rings(region, FLATTENING_TOLERANCE);
+            let rings = std::iter::once(&drawing.regions[region].exterior).chain(&drawing.regions[region].holes);
+            let points = std::iter::once(exterior).chain(holes);
+            rings.zip(points).find(|(ring, _)| ring.parts == [RingPart::Curve { index: index as u32, reversed: false }])
+        };
+        if closed {
+            let ring = (0..drawing.regions.len()).find_map(ring_of).expect("a closed curve bounds a region in its own direction");
+            boundaries.push((ring.1, true));
+        }
+    }
+    for index in 0..drawing.stipples.len() {
+        boundaries.push((drawing.stipple_outline(index, FLATTENING_TOLERANCE), true));
+    }
+    boundaries
+}
+
+fn segments(points: &[[f64; 2]], closed: bool) -> Vec<Segment> {
+    let count = if closed { points.len() } else { points.len() - 1 };
+    (0..count).map(|i| [points[i], points[(i + 1) % points.len()]]).collect()
+}
+
+fn check(drawing: &Drawing) {
+    let canvas = (drawing.width * drawing.height) as f64;
+    let regions: f64 = (0..drawing.regions.len()).map(|i| drawing.region_area(i)).sum();
+    let outlines = (0..drawing.stipples.len()).map(|i| signed_area(&drawing.stipple_outline(i, FLATTENING_TOLERANCE)));
+    assert!(((regions + outlines.sum::<f64>()) / canvas - 1.0).abs() < 1e-6);
+    // Rings that touch the frame are looked at whole; the others once each.
+    let touching = (0..drawing.regions.len()).filter(|i| drawing.regions[*i].exterior.parts.len() > 1);
+    let rings: Vec<Vec<[f64; 2]>> = touching.map(|i| drawing.region_rings(i, FLATTENING_TOLERANCE).0).collect();
+    let mut all: Vec<Vec<Segment>> = boundaries(drawing).iter().map(|(points, closed)| segments(points, *closed)).collect();
+    all.extend(rings.iter().map(|ring| segments(ring, true)));
+    for (i, own) in all.iter().enumerate() {
+        assert!(own.len() >= 3);
+        for (k, a) in own.iter().enumerate() {
+            for b in &own[k + 1..] {
+                let neighbours = a[1] == b[0] || b[1] == a[0];
+                assert!(neighbours || !meet(*a, *b), "{a:?} meets {b:?} in one ring");
+            }
+            // Rings on the frame share their curves.
+            let others = if i + rings.len() >= all.len() { &[][..] } else { &all[i + 1..] };
+            for b in others.iter().flatten() {
+                assert!(!meet(*a, *b), "{a:?} meets {b:?}");
+            }
+        }
+    }
+}
+
+fn picture(width: usize, height: usize, seed: u64, grain: usize) -> Field {
+    let noise = |i: usize| {
+        let z = (i as u64 ^ seed).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        ((z ^ (z >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 40) as f32 / (1u64 << 24) as f32
+    };
+    let value = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        0.6 * noise(y / grain * width + x / grain) + 0.4 * noise(i + (1 << 20))
+    };
+    Field::new(width, height, (0..width * height).map(value).collect()).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+    #[test]
+    fn drawings_are_sound_and_survive_files(
+        width in 1usize..40, height in 1usize..40, seed in any::<u64>(), grain in 1usize..7,
+        density in prop_oneof![Just(0.3), Just(1.0), Just(4.0)],
+        tolerance in prop_oneof![Just(0.0), Just(0.1), Just(0.25), Just(0.5), Just(1.0), Just(2.0)],
+        stipple_scale in prop_oneof![Just(1.0), Just(4.0)],
+    ) {
+        let options = Options { density: Some(density), tolerance, stipple_scale, ..Options::default() };
+        let luma = picture(width, height, seed, grain);
+        let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
+        check(&drawing);
+
+        prop_assert_eq!(&load::from_json(&json::to_json(&drawing)).unwrap(), &drawing);
+        for (style, inks) in [
+            (Style::Flat, Inks::Black), (Style::Flat, Inks::White), (Style::Flat, Inks::Both), (Style::Layered, Inks::Black),
+        ] {
+            let file = svg::to_svg(&drawing, &Export { style, inks, ..Export::default() }).unwrap();
+            prop_assert_eq!(&load::from_svg(&file).unwrap(), &drawing, "{:?} {:?}", style, inks);
+        }
+
+        let (larger, changes) = drawing.with_least_radius(0.7).unwrap();
+        check(&larger);
+        prop_assert!(larger.stipples.iter().all(|dot| dot.radius >= 0.7));
+        let small = drawing.stipples.iter().filter(|dot| dot.radius < 0.7).count();
+        prop_assert_eq!(changes.enlarged + changes.dropped, small);
+        prop_assert_eq!(larger.stipples.len() + changes.dropped, drawing.stipples.len());
+    }
+}
+
+#[test]
+fn what_is_no_drawing_of_ours_is_refused_in_a_sentence() {
+    let luma = picture(20, 20, 7, 3);
+    let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &Options::default(), &Control::new()).unwrap().drawing;
+    let (good_json, good_svg) = (json::to_json(&drawing), svg::to_svg(&drawing, &Export::default()).unwrap());
+    let broken_json =
+        ["", "{}", &good_json.replace("graphstipple drawing", "other"), &good_json.replace("\"curves\":[\"M", "\"curves\":[\"X")];
+    let broken_svg = ["", "<svg/>", &good_svg.replace("units=", "unit="), &good_svg.replacen(" d=\"m", " d=\"m1e9 0 5 x", 1)];
+    let errors = broken_json.iter().map(|text| load::from_json(text)).chain(broken_svg.iter().map(|text| load::from_svg(text)));
+    for error in errors {
+        let text = error.unwrap_err().to_string();
+        assert!(text.starts_with("this is not a drawing that graphstipple wrote: "), "{text}");
+    }
+}
