@@ -1,6 +1,7 @@
 """Sizes of our SVG and of potrace's, which traces our own picture at four times the size: `python benches/potrace.py`.
 
-Needs the program potrace (Debian and Homebrew: potrace) and scikit-image, from which the photos are. Potrace runs with its defaults.
+Needs the program potrace (Debian and Homebrew: potrace) and scikit-image, which has the photos. Potrace runs with its
+defaults.
 """
 
 import subprocess
@@ -17,6 +18,7 @@ PHOTOS = ("astronaut", "camera", "chelsea", "coffee", "rocket")
 
 
 def main() -> None:
+    """Print one row a photo."""
     print(f"{'photo':<12}{'ours':>10}{'potrace':>10}{'ours / potrace':>16}")
     for name in PHOTOS:
         drawing = gs.draw(getattr(skimage.data, name)())
