@@ -59,11 +59,11 @@ pub(crate) struct Arguments {
 
     /// Width of the drawing without margins: a number with mm, cm, in, pt or px (1/96 inch, in a .png a pixel), px by itself;
     /// default: as large as fits the page, or a px for each of the photo's pixels
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_negative_numbers = true, help_heading = "Size on paper")]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true, help_heading = "Size on paper")]
     width: Option<Length>,
 
     /// Empty paper on all four sides; default 0
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_negative_numbers = true, help_heading = "Size on paper")]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true, help_heading = "Size on paper")]
     margin: Option<Length>,
 
     /// Sheet with the drawing in its middle: A3, A4, A5, A6, letter, legal, tabloid (turned as the photo is), or a size such as
@@ -77,10 +77,10 @@ pub(crate) struct Arguments {
 
     /// Least radius of a dot on paper: smaller dots are enlarged where that touches nothing, and dropped where it would;
     /// default: as they are
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_negative_numbers = true, help_heading = "Size on paper")]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true, help_heading = "Size on paper")]
     min_dot: Option<Length>,
 
-    /// Start from the settings of the paper (density 1, no node budget); other options change single ones
+    /// Start from the settings of the paper (density 1, no node budget, tolerance 0); other options change single ones
     #[arg(long, help_heading = "Nodes")]
     paper: bool,
 

@@ -177,7 +177,8 @@ fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 /// Reads a drawing again from a `.json` or `.svg` that [`save`] wrote.
 ///
 /// # Errors
-/// [`Error::Usage`] for another suffix, [`Error::File`] if the file cannot be read, [`Error::Photo`] if it holds no drawing of ours.
+/// [`Error::Usage`] for another suffix, [`Error::File`] if the file cannot be read, [`Error::Photo`] if it holds no drawing of
+/// ours.
 pub fn load(path: &Path) -> Result<Drawing> {
     let read = match Format::of_path(path) {
         Ok(Format::Json) => load::from_json,

@@ -8,8 +8,9 @@
 //!
 //! # Where no factor will do
 //! The dynamic rule keeps flat fields at a few fixed densities only (1/4, 1/2, 3/4 and all on the hexagonal lattice, since
-//! nothing but the order of ties tells nodes apart), and no factor lifts an importance of 0. When the search closes in on such a jump, the
-//! importance is diffused with alpha = 1, which keeps the wanted share of any field, after a small constant is added to it and it is varied a little.
+//! nothing but the order of ties tells nodes apart), and no factor lifts an importance of 0. When the search closes in on such a
+//! jump, the importance is diffused with alpha = 1, which keeps the wanted share of any field, after a small constant is added to
+//! it and it is varied a little.
 
 use rayon::prelude::*;
 

@@ -64,8 +64,8 @@ impl Control {
         self.check()
     }
 
-    /// Says how much of the current stage is done, and checks for cancellation. A stage that does its work several times over, or on
-    /// several threads, never seems to go back: the bits of floats from 0 on are in the order of the floats.
+    /// Says how much of the current stage is done, and checks for cancellation. A stage that does its work several times over, or
+    /// on several threads, never seems to go back: the bits of floats from 0 on are in the order of the floats.
     pub(crate) fn report(&self, fraction: f32) -> Result<()> {
         self.fraction.fetch_max(fraction.max(0.0).to_bits(), Ordering::Relaxed);
         self.check()

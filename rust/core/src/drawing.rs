@@ -74,7 +74,8 @@ pub struct Stipple {
 
 impl Stipple {
     /// A dot near `centre` whose coordinates files hold exactly in few digits: its leftmost point lies on the grid of `units` to a
-    /// pixel, and its radius is a whole number of hundredths of a unit, not above the given one unless that is far below a hundredth.
+    /// pixel, and its radius is a whole number of hundredths of a unit, not above the given one unless that is far below a
+    /// hundredth.
     pub(crate) fn on_grid(centre: Point, radius: f64, units: f64, ink: Ink) -> Self {
         let hundredths = (radius * units * 100.0).floor();
         // A radius of few digits would be far off.
@@ -311,8 +312,8 @@ impl Drawing {
         path
     }
 
-    /// The polygon of a stipple: as many sides as keep it within `tolerance` px of its circle, with exactly the circle's area. Runs in
-    /// the positive direction.
+    /// The polygon of a stipple: as many sides as keep it within `tolerance` px of its circle, with exactly the circle's area. Runs
+    /// in the positive direction.
     pub fn stipple_outline(&self, index: usize, tolerance: f64) -> Vec<[f64; 2]> {
         let stipple = &self.stipples[index];
         circle_polygon([stipple.x, stipple.y], stipple.radius, tolerance)
@@ -434,7 +435,8 @@ pub(crate) fn flatten_path(path: &BezPath, tolerance: f64) -> Vec<[f64; 2]> {
     points.into_iter().map(|p| [p.x, p.y]).collect()
 }
 
-/// Appends points of a curve, at even steps of its parameter, so that the polygon through them lies within `tolerance` of it; not its begin.
+/// Appends points of a curve, at even steps of its parameter, so that the polygon through them lies within `tolerance` of it; not
+/// its begin.
 pub(crate) fn flatten_quad(quad: &QuadBez, tolerance: f64, points: &mut Vec<Point>) {
     let bend = (quad.p0.to_vec2() - 2.0 * quad.p1.to_vec2() + quad.p2.to_vec2()).hypot2().sqrt();
     let steps = (bend / (4.0 * tolerance)).sqrt().ceil().max(1.0);

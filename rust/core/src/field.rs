@@ -22,7 +22,8 @@ impl Field {
     /// A field of `width` x `height` values, row by row.
     ///
     /// # Errors
-    /// [`Error::Input`] if a side is 0 or above [`MAX_SIDE`], the number of values is not `width * height`, or a value is not in [0, 1].
+    /// [`Error::Input`] if a side is 0 or above [`MAX_SIDE`], the number of values is not `width * height`, or a value is not in
+    /// [0, 1].
     pub fn new(width: usize, height: usize, values: Vec<f32>) -> Result<Self> {
         check_size(width, height)?;
         if values.len() != width * height {

@@ -1,16 +1,17 @@
 //! Fitting: from the midpoints of a chain to the curve that is drawn.
 //!
 //! # The idea
-//! The smoothed chain is a uniform quadratic B-spline whose control points are the midpoints of the chain's crossing edges; its pieces
-//! join in the middle between two midpoints. With a tolerance, runs of pieces are replaced by one cubic Bezier curve each, as long as
-//! possible, with the spline's own tangents at their ends. Each curve is fitted once and shared by both sides, so neighbours always fit.
+//! The smoothed chain is a uniform quadratic B-spline whose control points are the midpoints of the chain's crossing edges; its
+//! pieces join in the middle between two midpoints. With a tolerance, runs of pieces are replaced by one cubic Bezier curve each,
+//! as long as possible, that begins where and in the direction in which the last one ended. Each curve is fitted once and shared by
+//! both sides, so neighbours always fit.
 //!
 //! # Why curves never cross
 //! The pieces join inside triangles, and piece k runs from one triangle to the next across edge k. Every triangle is crossed by one
 //! chain alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
-//! two nodes, can touch no other chain and not itself, whatever the tolerance. Every curve is walked along like that, as it is flattened
-//! for regions and much finer, with the rounded coordinates that are written to files. One that strays is made shorter, at last a
-//! corner at the midpoint, which cannot stray. (The paper's own splines have no such guarantee.)
+//! two nodes, can touch no other chain and not itself, whatever the tolerance. Every curve is walked along like that, as it is
+//! flattened for regions and much finer, with the rounded coordinates that are written to files. One that strays is made shorter,
+//! at last a corner at the midpoint, which cannot stray. (The paper's own splines have no such guarantee.)
 //!
 //! # Coordinates
 //! All points lie on a grid of a power of two to the pixel, so that files hold them exactly in few digits; where the grid is too
@@ -37,8 +38,8 @@ const SIDE_CLEARANCE: f64 = 1e-7;
 /// The most pieces that one cubic replaces: more hardly ever fit, and looking further costs time.
 const LONGEST_RUN: usize = 24;
 
-/// How much the end of a cubic is held to the spline's tangent, against the samples: less lets noise turn it, more leaves curves further
-/// from the spline, and runs shorter.
+/// How much the end of a cubic is held to the spline's tangent, against the samples: less lets noise turn it, more leaves curves
+/// further from the spline, and runs shorter.
 const STIFFNESS: f64 = 0.5;
 
 /// The same for an end that must not turn, because the curve that begins there is already drawn.
@@ -54,10 +55,11 @@ const ALONG: f64 = 0.1;
 /// some of it, more takes curves further from the spline.
 const AREA_WEIGHT: f64 = 2.0;
 
-/// The area that a closed curve may gain or lose, in px^2, and as a share of its own: a fiftieth of the smallest loop in which anyone
-/// would see it.
+/// The area that a curve may gain or lose before it is fitted again with half the tolerance, in px^2: a few per cent of a dot. Less
+/// would split many curves more finely for nothing that is seen.
 const AREA_LEFT: f64 = 0.25;
-/// See [`AREA_LEFT`].
+
+/// What a closed curve may gain or lose on top, as a share of its own area.
 const AREA_LEFT_SHARE: f64 = 0.002;
 
 /// The part of the tolerance below which fitting with less is given up.
@@ -271,8 +273,8 @@ impl<'a> Sleeve<'a> {
         &self.cells[if self.closed { k % self.cells.len() } else { k }]
     }
 
-    /// Whether a polyline from a point in cell `first` to one in cell `last` walks through the cells between, one after the other. Near its
-    /// ends it must keep in front of the first point and behind the last, seen in the given directions, so that it cannot
+    /// Whether a polyline from a point in cell `first` to one in cell `last` walks through the cells between, one after the other.
+    /// Near its ends it must keep in front of the first point and behind the last, seen in the given directions, so that it cannot
     /// meet what comes before and after.
     fn holds(&self, polyline: &[Point], first: usize, last: usize, directions: [Vec2; 2]) -> bool {
         let (begin, end) = (polyline[0], polyline[polyline.len() - 1]);
@@ -505,8 +507,8 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    /// The cubic with the given ends and tangents that lies nearest to the samples at their places (after Schneider, 1990). Its end may
-    /// turn a little from its tangent, unless `is_last`.
+    /// The cubic with the given ends and tangents that lies nearest to the samples at their places (after Schneider, 1990). Its end
+    /// may turn a little from its tangent, unless `is_last`.
     fn least_squares(&self, p0: Point, p3: Point, begin: Vec2, end: Vec2, is_last: bool) -> CubicBez {
         let chord = (p3 - p0).hypot2().sqrt();
         let aside = Vec2::new(-end.y, end.x);
@@ -562,8 +564,8 @@ impl<'a> Fitter<'a> {
         largest.sqrt()
     }
 
-    /// The cubic with its control points on the grid: of those around, the ones with which it lies nearest to the samples, sideways, and
-    /// its area comes near to the wanted one.
+    /// The cubic with its control points on the grid: of those around, the ones with which it lies nearest to the samples,
+    /// sideways, and its area comes near to the wanted one.
     fn rounded(&self, cubic: &CubicBez, wanted: f64, last: usize) -> CubicBez {
         // The sum of squared distances is a quadratic function of the steps of both control points.
         let (mut own, mut between, mut linear) = ([[0.0; 3]; 2], [0.0; 4], [Vec2::ZERO; 2]);

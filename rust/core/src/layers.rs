@@ -1,8 +1,8 @@
 //! The drawing as ink on paper: which shapes a vector file holds, layer by layer. Every vector format writes these layers.
 //!
-//! In the *flat* way all shapes of an ink are disjoint areas with true holes, so that nothing lies over anything else: what cutters,
-//! plotters and screen printers need. In the *layered* way (the paper's) every mark is a filled disc, and what lies inside it is
-//! painted over it. Both are the same picture. Shapes are closed curves and circles in pixels of the canvas.
+//! In the *flat* way all shapes of an ink are disjoint areas with true holes, so that nothing lies over anything else: what
+//! cutters, plotters and screen printers need. In the *layered* way (the paper's) every mark is a filled disc, and what lies inside
+//! it is painted over it. Both are the same picture. Shapes are closed curves and circles in pixels of the canvas.
 
 use kurbo::BezPath;
 use serde::{Deserialize, Serialize};

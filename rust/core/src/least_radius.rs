@@ -26,8 +26,8 @@ enum Obstacle {
 }
 
 impl Drawing {
-    /// The drawing with every stipple's radius at least `least` px: smaller ones are enlarged to it where they then touch nothing, the
-    /// larger ones first, and left out (their hole is filled) where they would touch something.
+    /// The drawing with every stipple's radius at least `least` px: smaller ones are enlarged to it where they then touch nothing,
+    /// the larger ones first, and left out (their hole is filled) where they would touch something.
     ///
     /// # Errors
     /// [`crate::Error::Option`] if `least` is negative or not finite.

@@ -1,9 +1,9 @@
 //! Reading drawings back from our own JSON and SVG files.
 //!
 //! # The idea
-//! Whatever the style and the inks, a file holds every boundary curve and every stipple, with black on a known side. What lies beside
-//! what is found again from the geometry: next to a curve lies what its nearest neighbour to the left has on its right. Then the drawing
-//! is put together as it was when it was made (see [`crate::assembly`]), and is the same.
+//! Whatever the style and the inks, a file holds every boundary curve and every stipple, with black on a known side. What lies
+//! beside what is found again from the geometry: next to a curve lies what its nearest neighbour to the left has on its right. Then
+//! the drawing is put together as it was when it was made (see [`crate::assembly`]), and is the same.
 //!
 //! What this module does not do: read files of other programs, or our own after another program changed their paths.
 
@@ -334,7 +334,8 @@ fn rebuild(contents: Contents) -> Result<Drawing> {
     Ok(Drawing { provenance, ..drawing })
 }
 
-/// The drawing of curves, black on their left, and dots; its provenance is left empty. `ground` is the ink of a canvas with nothing on it.
+/// The drawing of curves, black on their left, and dots; its provenance is left empty. `ground` is the ink of a canvas with nothing
+/// on it.
 ///
 /// # Errors
 /// [`Error::Input`] if they do not fit together.

@@ -3,8 +3,8 @@
 //! # The idea
 //! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from the midpoint of one of its
 //! crossing edges to that of the other. The pieces join to *chains*: closed ones, and open ones that begin and end on the frame.
-//! A chain with black on its left is the boundary between exactly two components, so its curve (see [`crate::fit`]) is made once and
-//! shared by both.
+//! A chain with black on its left is the boundary between exactly two components, so its curve (see [`crate::fit`]) is made once
+//! and shared by both.
 //!
 //! # At the frame
 //! An open chain leaves through the edge between two sites whose cells both touch the frame, and goes straight to it, as the
@@ -62,8 +62,8 @@ const STAR_FILL: f64 = 0.99 / POLYGON_REACH;
 /// `cell_areas` holds the area of every node's cell in px^2; a stipple gets `stipple_scale` times as much.
 ///
 /// # Errors
-/// [`Error::Input`] if labels, components or areas do not match the nodes, a label is not 0 or 1, or an area is not finite or below 0;
-/// [`Error::Cancelled`].
+/// [`Error::Input`] if labels, components or areas do not match the nodes, a label is not 0 or 1, or an area is not finite or below
+/// 0; [`Error::Cancelled`].
 pub fn outline(
     triangulation: &Triangulation,
     labels: &[u8],

@@ -90,8 +90,8 @@ pub struct Options {
     pub alpha: Alpha,
     /// A stipple's area relative to its node's cell, in (0, 4].
     pub stipple_scale: f64,
-    /// How far the curves of regions may lie from the splines through the midpoints of the graph's edges, in pixels, in [0, 2]: more
-    /// means fewer points. 0 keeps every midpoint.
+    /// How far the curves of regions may lie from the splines through the midpoints of the graph's edges, in pixels, in [0, 2]:
+    /// more means fewer points. 0 keeps every midpoint.
     pub tolerance: f64,
     /// The tone is raised to the power 1 / gamma (above 1 brightens), in [0.1, 10].
     pub gamma: f64,
@@ -102,8 +102,8 @@ pub struct Options {
     /// Worker threads, 1 to 1024; `None`: one a core. The drawing does not depend on it, so it is not part of the metadata.
     #[serde(skip_serializing)]
     pub threads: Option<usize>,
-    /// What lies under transparent parts of the photo and of a map: `white`, `black`, `#rrggbb` or `#rgb`. Whoever decodes them lays
-    /// them over it; it stands here so that a drawing can be made again.
+    /// What lies under transparent parts of the photo and of a map: `white`, `black`, `#rrggbb` or `#rgb`. Whoever decodes them
+    /// lays them over it; it stands here so that a drawing can be made again.
     pub background: String,
 }
 
@@ -151,8 +151,8 @@ pub struct Budget {
 }
 
 impl Options {
-    /// The paper's settings: density 1, no node budget, one Lloyd step, k1 = 1, k2 = 0.1, base = 0.5, lambda = 6, dynamic alpha, every
-    /// midpoint kept.
+    /// The paper's settings: density 1, no node budget, one Lloyd step, k1 = 1, k2 = 0.1, base = 0.5, lambda = 6, dynamic alpha,
+    /// every midpoint kept.
     pub fn paper() -> Self {
         Self { density: Some(1.0), tolerance: 0.0, ..Self::default() }
     }

@@ -2,10 +2,10 @@
 //!
 //! The canvas carries `samples_per_pixel` x `samples_per_pixel` samples a pixel, sample (i, j) at `((i + 0.5) / s, (j + 0.5) / s)`.
 //! Every sample belongs to its nearest site, the lower index on ties. For sites in general position the owners are found box by
-//! box, from the canvas down: a box with few sites in and around it, near enough to own all of it, is done with those; a crowded one is
-//! quartered; and a box whose owners are far away *narrows down* the candidates of the box around it. A site can own
-//! a point of a box only if, against every other site, it is nearer at some corner: what is nearer to one of two sites is a
-//! half-plane, and a half-plane that meets a box holds a corner of it. So large empty cells cost as little as small ones.
+//! box, from the canvas down: a box with few sites in and around it, near enough to own all of it, is done with those; a crowded
+//! one is quartered; and a box whose owners are far away *narrows down* the candidates of the box around it. A site can own a point
+//! of a box only if, against every other site, it is nearer at some corner: what is nearer to one of two sites is a half-plane, and
+//! a half-plane that meets a box holds a corner of it. So large empty cells cost as little as small ones.
 //!
 //! What this module does not do: exact polygonal cells. Source: the paper (node values, relaxation).
 

@@ -22,7 +22,8 @@ fn meet([a, b]: Segment, [c, d]: Segment) -> bool {
     (crossed(a, b, c, d) && crossed(c, d, a, b)) || on(a, b, c) || on(a, b, d) || on(c, d, a) || on(c, d, b)
 }
 
-/// Every boundary once, as polygons, each with whether it is closed: the curves (as the regions on either side have them), then the dots.
+/// Every boundary once, as polygons, each with whether it is closed: the curves (as the regions on either side have them), then the
+/// dots.
 fn boundaries(drawing: &Drawing) -> Vec<(Vec<[f64; 2]>, bool)> {
     let mut boundaries = Vec::new();
     for (index, curve) in drawing.curves.iter().enumerate() {
