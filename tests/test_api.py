@@ -20,6 +20,9 @@ from graphstipple import drawing as drawing_module
 
 # A drawing that takes seconds: to be interrupted, or watched.
 LONG = """
+import signal
+# A test run in the background of a shell hands down an ignored Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import graphstipple as gs, numpy as np
 noise = np.random.default_rng(1).integers(0, 256, (2000, 3000)).astype(np.uint8)
 options = gs.Options(density=1.0, relax=20)
