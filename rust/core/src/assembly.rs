@@ -8,7 +8,7 @@
 use kurbo::{BezPath, PathEl, Point, Shape};
 
 use crate::drawing::{
-    Drawing, FLATTENING_TOLERANCE, Frame, Ink, Mark, Region, Ring, RingPart, Stipple, circle_polygon, signed_area,
+    Drawing, FLATTENING_TOLERANCE, Frame, Ink, Mark, Region, Ring, RingPart, Stipple, circle_polygon, flatten_path, signed_area,
 };
 use crate::error::{Error, Result};
 
@@ -100,6 +100,13 @@ pub(crate) fn is_closed(path: &BezPath) -> bool {
     path.elements().last() == Some(&PathEl::ClosePath)
 }
 
+/// The sides of a curve's polygon as regions have it.
+pub(crate) fn flattened_edges(path: &BezPath) -> impl Iterator<Item = [[f64; 2]; 2]> {
+    let points = flatten_path(path, FLATTENING_TOLERANCE);
+    let count = if is_closed(path) { points.len() } else { points.len() - 1 };
+    (0..count).map(move |k| [points[k], points[(k + 1) % points.len()]])
+}
+
 /// The uppermost on-curve point of a ring, the leftmost of those.
 fn top(drawing: &Drawing, ring: &Ring) -> Point {
     let points = ring.parts.iter().map(|part| match *part {
@@ -129,6 +136,14 @@ pub(crate) struct End {
     pub(crate) begins: bool,
 }
 
+impl End {
+    /// What lies on the frame just before and just after this end, in the positive direction, of what lies to the left and to the
+    /// right of its curve.
+    pub(crate) fn around<T>(&self, [left, right]: [T; 2]) -> [T; 2] {
+        if self.begins { [left, right] } else { [right, left] }
+    }
+}
+
 /// All ends of open curves, by their place on the frame.
 pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
     let mut ends = Vec::new();
@@ -154,18 +169,14 @@ fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: 
     for (k, end) in ends.iter().enumerate() {
         places[end.curve as usize][usize::from(!end.begins)] = k;
     }
-    // The component on the frame just after an end, in the positive direction, and just before it.
-    let sides = |end: &End| {
-        let [left, right] = beside[end.curve as usize];
-        if end.begins { (right, left) } else { (left, right) }
-    };
+    let around = |end: &End| end.around(beside[end.curve as usize]);
     let mut rings = Vec::new();
     let mut walked = vec![false; ends.len()];
     for first in 0..ends.len() {
         if walked[first] {
             continue;
         }
-        let (component, _) = sides(&ends[first]);
+        let [_, component] = around(&ends[first]);
         let mut parts = Vec::new();
         let mut k = first;
         while !walked[k] {
@@ -174,11 +185,9 @@ fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: 
             let lap = if next == 0 { frame.perimeter() } else { 0.0 };
             parts.extend(frame.corners_between(ends[k].position, ends[next].position + lap));
             let end = &ends[next];
-            if sides(end).1 != component {
-                return Err(Error::Internal(format!(
-                    "components {component} and {} meet on the frame without a boundary",
-                    sides(end).1
-                )));
+            let [before, _] = around(end);
+            if before != component {
+                return Err(Error::Internal(format!("components {component} and {before} meet on the frame without a boundary")));
             }
             parts.push(RingPart::Curve { index: end.curve, reversed: !end.begins });
             k = places[end.curve as usize][usize::from(end.begins)];

@@ -105,11 +105,13 @@ impl Fit {
         let spline = Spline::new(self, edges, ends);
         let sleeve = Sleeve::new(edges, ends, self.frame);
         // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
-        let controls: Vec<Point> = spline.controls.iter().map(|p| self.snap(*p, 0.5)).collect();
-        let snapped = joints(&controls, self.frame, ends);
+        let snapped = (self.tolerance == 0.0).then(|| {
+            let controls: Vec<Point> = spline.controls.iter().map(|p| self.snap(*p, 0.5)).collect();
+            joints(&controls, self.frame, ends)
+        });
         let mut tolerance = self.tolerance;
         loop {
-            let mut fitter = Fitter::new(&Self { tolerance, ..*self }, &spline, &snapped, &sleeve);
+            let mut fitter = Fitter::new(&Self { tolerance, ..*self }, &spline, snapped.as_deref(), &sleeve);
             fitter.run();
             let area = if spline.closed { fitter.areas[edges.len()] } else { 0.0 };
             // What the last curve could not make up for is left over: with a smaller tolerance it is less.
@@ -330,7 +332,7 @@ struct Fitter<'a> {
 }
 
 impl<'a> Fitter<'a> {
-    fn new(fit: &Fit, spline: &'a Spline, snapped: &[Point], sleeve: &'a Sleeve<'a>) -> Self {
+    fn new(fit: &Fit, spline: &'a Spline, snapped: Option<&[Point]>, sleeve: &'a Sleeve<'a>) -> Self {
         let n = spline.controls.len();
         let anchor = |k: usize| {
             let joint = spline.joints[k];
@@ -344,7 +346,7 @@ impl<'a> Fitter<'a> {
                     return p;
                 }
             }
-            let coarse = (fit.tolerance == 0.0).then_some(snapped[k]);
+            let coarse = snapped.map(|snapped| snapped[k]);
             let finer = FINER_GRIDS.iter().map(|finer| fit.snap(joint, *finer));
             coarse.into_iter().chain(finer).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(joint)
         };

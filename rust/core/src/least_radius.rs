@@ -3,7 +3,8 @@
 use kurbo::Point;
 use serde::Serialize;
 
-use crate::drawing::{Drawing, FLATTENING_TOLERANCE, POLYGON_REACH, Stipple, flatten_path};
+use crate::assembly::flattened_edges;
+use crate::drawing::{Drawing, FLATTENING_TOLERANCE, POLYGON_REACH, Stipple};
 use crate::error::Result;
 use crate::load::put_together;
 
@@ -90,12 +91,8 @@ impl Bins {
         let (columns, rows) = ((drawing.width as f64 / side) as usize + 1, (drawing.height as f64 / side) as usize + 1);
         let mut bins = Self { side, columns, bins: vec![Vec::new(); columns * rows] };
         for curve in &drawing.curves {
-            let mut points = flatten_path(curve, FLATTENING_TOLERANCE);
-            if crate::assembly::is_closed(curve) {
-                points.push(points[0]);
-            }
-            for pair in points.windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|[x, y]| Point::new(x, y));
+            for edge in flattened_edges(curve) {
+                let [a, b] = edge.map(|[x, y]| Point::new(x, y));
                 bins.add(Obstacle::Edge([a, b]), a, b, reach);
             }
         }

@@ -10,7 +10,7 @@
 use kurbo::{BezPath, PathEl, Point, Shape};
 use serde::Deserialize;
 
-use crate::assembly::{End, Parts, assemble, ends_on_frame, is_closed};
+use crate::assembly::{End, Parts, assemble, ends_on_frame, flattened_edges, is_closed};
 use crate::drawing::{Drawing, FLATTENING_TOLERANCE, Frame, Ink, Provenance, Stipple, flatten_path};
 use crate::error::{Error, Result};
 use crate::field::check_size;
@@ -407,6 +407,7 @@ fn white_side(curve: usize) -> usize {
 }
 
 /// A piece of a flattened curve.
+#[derive(Clone, Copy)]
 struct Edge {
     from: [f64; 2],
     to: [f64; 2],
@@ -433,40 +434,29 @@ impl Sides {
         inks.push(ground);
         let ends = ends_on_frame(frame, curves);
         let mut rows: Vec<Vec<Edge>> = (0..frame.height as usize).map(|_| Vec::new()).collect();
-        let row = |y: f64| (y.max(0.0) as usize).min(rows.len() - 1);
-        let mut edges: Vec<(usize, usize, Edge)> = Vec::new();
+        let last_row = rows.len() - 1;
+        let row = |y: f64| (y.max(0.0) as usize).min(last_row);
         for (curve, path) in curves.iter().enumerate() {
-            let points = flatten_path(path, FLATTENING_TOLERANCE);
-            let closing = is_closed(path).then(|| [points[points.len() - 1], points[0]]);
-            for pair in points.windows(2).map(|pair| [pair[0], pair[1]]).chain(closing) {
-                let [from, to] = pair;
-                edges.push((row(from[1].min(to[1])), row(from[1].max(to[1])), Edge { from, to, curve }));
-            }
-        }
-        for (first, last, edge) in edges {
-            for row in &mut rows[first..=last] {
-                row.push(Edge { ..edge });
+            for [from, to] in flattened_edges(path) {
+                for row in &mut rows[row(from[1].min(to[1]))..=row(from[1].max(to[1]))] {
+                    row.push(Edge { from, to, curve });
+                }
             }
         }
         let mut sides = Self { joined: (0..inks.len()).collect(), inks, ground: ground_side, ends, rows, frame };
         for k in 0..sides.ends.len() {
             let next = (k + 1) % sides.ends.len();
-            let (after, before) = (sides.after(k), sides.before(next));
+            let ([_, after], [before, _]) = (sides.around(k), sides.around(next));
             let (a, b) = (sides.root(after), sides.root(before));
             sides.joined[a] = b;
         }
         sides
     }
 
-    /// The side on the frame just after an end, in the positive direction.
-    fn after(&self, k: usize) -> usize {
-        let End { curve, begins, .. } = self.ends[k];
-        if begins { white_side(curve as usize) } else { black_side(curve as usize) }
-    }
-
-    fn before(&self, k: usize) -> usize {
-        let End { curve, begins, .. } = self.ends[k];
-        if begins { black_side(curve as usize) } else { white_side(curve as usize) }
+    /// The sides on the frame just before and just after an end, in the positive direction.
+    fn around(&self, k: usize) -> [usize; 2] {
+        let curve = self.ends[k].curve as usize;
+        self.ends[k].around([black_side(curve), white_side(curve)])
     }
 
     fn root(&mut self, mut side: usize) -> usize {
@@ -522,7 +512,7 @@ impl Sides {
         let position = self.frame.position(Point::new(0.0, p.y));
         // Just below, as above: the frame runs upwards here.
         let behind = self.ends.partition_point(|end| end.position < position);
-        self.after((behind + self.ends.len() - 1) % self.ends.len())
+        self.around((behind + self.ends.len() - 1) % self.ends.len())[1]
     }
 
     /// The ink of every component, and the component of every side.

@@ -146,10 +146,8 @@ impl Drawing {
         let least = export::length("min_dot", length_json)?;
         let layout = export::parse(export_json)?.layout;
         let drawing = Arc::clone(&self.drawing);
-        let (drawing, changes) = watch::run_core(py, move |_| {
-            let placement = layout.place(drawing.width, drawing.height)?;
-            drawing.with_least_radius(least.points() / placement.scale)
-        })?;
+        let (drawing, changes) =
+            watch::run_core(py, move |_| drawing.with_least_radius(layout.least_radius(least, drawing.width, drawing.height)?))?;
         let mut stats = self.stats.clone();
         stats.extend(counts(&drawing));
         stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
