@@ -86,7 +86,8 @@ pub(crate) fn assemble(parts: Parts) -> Result<Drawing> {
         let region = Region { ink: parts.inks[component], level: 0, exterior, holes, enclosed_area };
         regions.push((top(&drawing, &region.exterior), component as u32, region));
     }
-    regions.sort_by(|a, b| from_the_top(a.0, b.0));
+    // The two sides of an open curve may both have their top on it.
+    regions.sort_by(|a, b| from_the_top(a.0, b.0).then(a.2.ink.cmp(&b.2.ink)));
     let own_of_region: Vec<u32> = regions.iter().map(|(_, component, _)| *component).collect();
     drawing.regions = regions.into_iter().map(|(_, _, region)| region).collect();
 

@@ -17,7 +17,7 @@ use crate::params::Options;
 use crate::triangulation::Side;
 
 /// What a mark is drawn with. Its number is the label of its nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ink {
     /// Label 0.

@@ -5,6 +5,7 @@ use graphstipple_core::export::Export;
 use graphstipple_core::importance::Importance;
 use graphstipple_core::layers::{Inks, Style};
 use graphstipple_core::{Control, Field, Options, json, load, pipeline, svg};
+use kurbo::{BezPath, Line, ParamCurveNearest, PathEl, Point};
 use proptest::prelude::*;
 
 type Segment = [[f64; 2]; 2];
@@ -27,7 +28,7 @@ fn meet([a, b]: Segment, [c, d]: Segment) -> bool {
 fn boundaries(drawing: &Drawing) -> Vec<(Vec<[f64; 2]>, bool)> {
     let mut boundaries = Vec::new();
     for (index, curve) in drawing.curves.iter().enumerate() {
-        let closed = curve.elements().last() == Some(&kurbo::PathEl::ClosePath);
+        let closed = curve.elements().last() == Some(&PathEl::ClosePath);
         // The region whose exterior or hole is this curve alone has its points.
         let ring_of = |region: usize| {
             let (exterior, holes) = drawing.region_rings(region, FLATTENING_TOLERANCE);
@@ -77,6 +78,35 @@ fn check(drawing: &Drawing) {
     }
 }
 
+/// How far polygons may lie from curves when distances between curves are measured, in pixels.
+const FLATTENING: f64 = 2e-3;
+
+/// Every curve as a polyline.
+fn polylines(drawing: &Drawing) -> Vec<Vec<Point>> {
+    let polyline_of = |curve: &BezPath| {
+        let mut points = Vec::new();
+        kurbo::flatten(curve, FLATTENING, |element| points.extend(element.end_point().or(points.first().copied())));
+        points
+    };
+    drawing.curves.iter().map(polyline_of).collect()
+}
+
+/// Checks that no curve lies further than the tolerance from that of the full outline, nor the other way round.
+fn check_distance(drawing: &Drawing, full: &Drawing, tolerance: f64) {
+    let (simple, full) = (polylines(drawing), polylines(full));
+    assert_eq!(simple.len(), full.len());
+    let limit = (tolerance + 2.0 * FLATTENING).powi(2);
+    let is_near = |p: &Point, curve: &[Point]| {
+        curve.windows(2).any(|pair| Line::new(pair[0], pair[1]).nearest(*p, FLATTENING).distance_sq <= limit)
+    };
+    for (curves, others) in [(&simple, &full), (&full, &simple)] {
+        for curve in curves {
+            let strays = !others.iter().any(|other| curve.iter().all(|p| is_near(p, other)));
+            assert!(!strays, "the curve from {:?} lies further than {tolerance} px from the other outline", curve[0]);
+        }
+    }
+}
+
 fn picture(width: usize, height: usize, seed: u64, grain: usize) -> Field {
     let noise = |i: usize| {
         let z = (i as u64 ^ seed).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -102,6 +132,9 @@ proptest! {
         let luma = picture(width, height, seed, grain);
         let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
         check(&drawing);
+        let full = Options { tolerance: 0.0, ..options.clone() };
+        let full = pipeline::draw(&luma, &Importance::Constant(0.5), &full, &Control::new()).unwrap().drawing;
+        check_distance(&drawing, &full, tolerance);
 
         prop_assert_eq!(&load::from_json(&json::to_json(&drawing)).unwrap(), &drawing);
         for (style, inks) in [
@@ -118,6 +151,15 @@ proptest! {
         prop_assert_eq!(changes.enlarged + changes.dropped, small);
         prop_assert_eq!(larger.stipples.len() + changes.dropped, drawing.stipples.len());
     }
+}
+
+#[test]
+fn two_regions_with_one_top_keep_their_order() {
+    // Found by the test above: both sides of an open curve, with nothing higher on their other curves.
+    let options = Options { density: Some(1.0), tolerance: 0.5, ..Options::default() };
+    let luma = picture(15, 12, 16_723_320_131_703_599_830, 4);
+    let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
+    assert_eq!(load::from_json(&json::to_json(&drawing)).unwrap(), drawing);
 }
 
 #[test]
