@@ -13,6 +13,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
+from tests import oracles
 from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
 from tests.support import on_every_photo, photo
 
@@ -26,6 +27,9 @@ COMPARED_AREA = 20.0
 """Regions above this area in px^2 keep it within `KEPT_AREA` of it."""
 
 KEPT_AREA = 0.02
+
+FLATTENING = 0.05
+"""How far, in pixels, the polygons of `regions` may lie from the curves."""
 
 MOVED = 0.4
 """How far, in pixels, a stipple may be from where it is at another tolerance: one at the frame has moved in, more or less."""
@@ -62,6 +66,17 @@ def check_same_marks(simple: gs.Drawing | stages.Outline, exact: gs.Drawing | st
             assert simple_inks[found] == region.ink
             assert len(simple.regions[found].holes) == len(region.holes)
             assert shapes[found].area == pytest.approx(reference.area, rel=KEPT_AREA)
+
+
+def outlines(picture: gs.Drawing) -> np.ndarray:
+    """Return the sides (n, 2, 2) of all rings of the regions but those around stipples."""
+    rings = [ring for region in picture.regions for ring in (region.exterior, *region.holes)]
+    centres = cKDTree(np.stack([picture.stipples["x"], picture.stipples["y"]], axis=1))
+    distance, nearest = centres.query([ring.mean(axis=0) for ring in rings])
+    areas = np.array([oracles.signed_area(ring) for ring in rings])
+    is_dot = (distance < 0.01) & (np.abs(np.abs(areas) / (np.pi * picture.stipples["radius"][nearest] ** 2) - 1) < 0.01)
+    sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring, dot in zip(rings, is_dot, strict=True) if not dot]
+    return np.concatenate(sides)
 
 
 # Sound geometry ------------------------------------------------------------------------------------------------------------------
@@ -118,6 +133,18 @@ def test_a_quarter_of_a_pixel_saves_most_points_and_does_not_show(name: str) -> 
     assert stats["anchors"] <= 0.36 * stats["vertices"]
     assert stats["coordinates"] <= 0.9 * stats["vertices"]
     assert np.abs(drawing.rasterize().astype(float) - exact.rasterize()).mean() < 4
+
+
+@on_every_photo
+@pytest.mark.parametrize("tolerance", [0.25, 1.0])
+def test_no_outline_strays_further_than_the_tolerance(name: str, tolerance: float) -> None:
+    simple, exact = (outlines(drawn(name, value, None, None)) for value in (tolerance, 0.0))
+    for sides, others in ((simple, exact), (exact, simple)):
+        points = shapely.points(np.concatenate([sides[:, 0], sides.mean(axis=1)]))
+        lines = shapely.linestrings(others)
+        which, nearest = shapely.STRtree(lines).query_nearest(points, all_matches=False)
+        distance = shapely.distance(points[which], lines[nearest])
+        assert distance.max() <= tolerance + 2 * FLATTENING
 
 
 @pytest.mark.parametrize("name", ["camera", "rocket"])

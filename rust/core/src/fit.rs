@@ -2,9 +2,13 @@
 //!
 //! # The idea
 //! The smoothed chain is a uniform quadratic B-spline whose control points are the midpoints of the chain's crossing edges; its
-//! pieces join in the middle between two midpoints. With a tolerance, runs of pieces are replaced by one cubic Bezier curve each,
-//! as long as possible, that begins where and in the direction in which the last one ended. Each curve is fitted once and shared by
-//! both sides, so neighbours always fit.
+//! pieces join in the middle between two midpoints. That is the full outline, which tolerance 0 draws. With a tolerance, runs of
+//! its pieces are replaced by one cubic Bezier curve each, as long as possible, that begins where and in the direction in which the
+//! last one ended. Each curve is fitted once and shared by both sides, so neighbours always fit.
+//!
+//! # How far curves stray
+//! No point of a curve lies further from the full outline than the tolerance, and no point of the full outline further from the
+//! curve (their Hausdorff distance). Cubics are measured by both flattened finely; for single pieces it follows from their points.
 //!
 //! # Why curves never cross
 //! The pieces join inside triangles, and piece k runs from one triangle to the next across edge k. Every triangle is crossed by one
@@ -46,7 +50,7 @@ const STIFFNESS: f64 = 0.5;
 const FIXED: f64 = 1e9;
 
 /// Rounds of placing the samples on a cubic and fitting it to them again, at most: more find a few more runs, and cost time.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 3;
 
 /// What a step along the curve counts, against one away from it, when a joint is moved to the grid.
 const ALONG: f64 = 0.1;
@@ -67,6 +71,10 @@ const LEAST_TOLERANCE: f64 = 1.0 / 16.0;
 
 /// How much finer than for regions a curve is flattened to see that it stays in its triangles.
 const FINE: f64 = 0.25;
+
+/// The part of the tolerance that a curve is flattened to for its distance from the full outline to be measured: what two flattened
+/// curves may be nearer than the curves themselves is taken off the tolerance, twice this. Less costs time, more costs points.
+const MEASURED: f64 = 1.0 / 80.0;
 
 /// Steps from the drawing's grid to finer ones, for points that the coarser grid would move out of their triangle.
 pub(crate) const FINER_GRIDS: [f64; 4] = [1.0, 16.0, 256.0, 131_072.0];
@@ -91,40 +99,98 @@ pub(crate) type CrossingEdge = [Point; 2];
 /// What a chain is fitted with.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit {
-    /// How far a curve may lie from the spline, in pixels; 0 keeps every midpoint.
-    pub(crate) tolerance: f64,
+    /// How far a curve may lie from the full outline, in pixels; 0 keeps every midpoint.
+    tolerance: f64,
     /// Units to a pixel of the grid of coordinates.
     pub(crate) units: f64,
-    pub(crate) frame: Frame,
+    /// The same without a tolerance, for the full outline.
+    full_units: f64,
+    frame: Frame,
 }
 
 impl Fit {
+    /// What chains are fitted with on a canvas with so many nodes to a pixel, at a tolerance in pixels.
+    pub(crate) fn new(tolerance: f64, nodes_per_pixel: f64, frame: Frame) -> Self {
+        let [units, full_units] = [tolerance, 0.0].map(|tolerance| units_per_pixel(tolerance, nodes_per_pixel));
+        Self { tolerance, units, full_units, frame }
+    }
+
     /// The curve of the chain that crosses `edges`, with black on its left. An open chain begins and ends on the given sides of the
     /// frame.
     pub(crate) fn curve(&self, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> BezPath {
-        let spline = Spline::new(self, edges, ends);
         let sleeve = Sleeve::new(edges, ends, self.frame);
+        let outline = self.full_outline(edges, ends, &sleeve);
+        let fitted = if self.tolerance > 0.0 { self.fitted(&outline, &sleeve) } else { None };
+        let mut path = fitted.unwrap_or_else(|| outline.path());
+        if outline.closed {
+            path.close_path();
+        }
+        path
+    }
+
+    /// The spline through all midpoints, on its grid.
+    fn full_outline(&self, edges: &[CrossingEdge], ends: Option<[Side; 2]>, sleeve: &Sleeve) -> Spline {
+        let fit = Self { units: self.full_units, ..*self };
+        let spline = Spline::new(self.frame, edges, ends);
         // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
-        let snapped = (self.tolerance == 0.0).then(|| {
-            let controls: Vec<Point> = spline.controls.iter().map(|p| self.snap(*p, 0.5)).collect();
-            joints(&controls, self.frame, ends)
-        });
+        let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
+        let snapped = joints(&controls, self.frame, ends);
+        let on_grid = |(k, joint): (usize, &Point)| {
+            let finer = FINER_GRIDS.map(|finer| fit.snap(*joint, finer));
+            std::iter::once(snapped[k]).chain(finer).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(*joint)
+        };
+        let joints: Vec<Point> = spline.joints.iter().enumerate().map(on_grid).collect();
+        let mut scratch = Vec::new();
+        let mut piece = |k: usize| {
+            let (from, to, directions) = (joints[k], joints[k + 1], spline.directions(k, 1));
+            let finer = FINER_GRIDS.map(|finer| fit.snap(spline.controls[k], finer));
+            let mut candidates = std::iter::once(controls[k]).chain(finer);
+            let curved = candidates.find(|p| sleeve.holds_quad(&QuadBez::new(from, *p, to), k, directions, &mut scratch));
+            (curved.unwrap_or_else(|| fit.corner(sleeve, k, [from, to], directions)), curved.is_none())
+        };
+        let (controls, corners) = (0..edges.len()).map(&mut piece).unzip();
+        Spline { controls, joints, corners, closed: spline.closed }
+    }
+
+    /// Where piece k has its corner, if it is not a curve: the midpoint of its edge, on the coarsest grid with which it stays in its
+    /// cells.
+    fn corner(&self, sleeve: &Sleeve, k: usize, [from, to]: [Point; 2], directions: [Vec2; 2]) -> Point {
+        let [black, white] = sleeve.edges[k];
+        let midpoint = black.midpoint(white);
+        let mut finer = FINER_GRIDS.iter().map(|finer| self.snap(midpoint, *finer));
+        finer.find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(midpoint)
+    }
+
+    /// The outline with fewer points, or None if that strays further than the tolerance.
+    fn fitted(&self, outline: &Spline, sleeve: &Sleeve) -> Option<BezPath> {
+        let flattened = outline.flattened(self.tolerance * MEASURED);
         let mut tolerance = self.tolerance;
         loop {
-            let mut fitter = Fitter::new(&Self { tolerance, ..*self }, &spline, snapped.as_deref(), &sleeve);
-            fitter.run();
-            let area = if spline.closed { fitter.areas[edges.len()] } else { 0.0 };
+            let mut fitter = Fitter::new(&Self { tolerance, ..*self }, outline, &flattened, sleeve);
+            fitter.run()?;
+            let area = if outline.closed { fitter.areas[outline.controls.len()] } else { 0.0 };
             // What the last curve could not make up for is left over: with a smaller tolerance it is less.
             let is_kept = fitter.surplus.abs() <= AREA_LEFT + AREA_LEFT_SHARE * area.abs();
             if is_kept || tolerance <= self.tolerance * LEAST_TOLERANCE {
-                let mut path = fitter.path;
-                if ends.is_none() {
-                    path.close_path();
-                }
-                return path;
+                return Some(fitter.path);
             }
             tolerance /= 2.0;
         }
+    }
+
+    /// Joint k on the grid, in its cell.
+    fn anchor(&self, outline: &Spline, sleeve: &Sleeve, k: usize) -> Point {
+        let joint = outline.joints[k];
+        let fits = |p: &Point| (*p - joint).hypot2() <= self.tolerance * self.tolerance && sleeve.cell(k).holds(*p);
+        let finer = || FINER_GRIDS.iter().map(|finer| self.snap(joint, *finer)).find(fits);
+        if !outline.closed && (k == 0 || k + 1 == outline.joints.len()) {
+            return finer().unwrap_or(joint);
+        }
+        // Along the curve a point may move: of those around, the one nearest to the curve.
+        let direction = outline.direction(k) / outline.direction(k).hypot2().sqrt();
+        let off = |p: &Point| (*p - joint).cross(direction).abs() + ALONG * (*p - joint).dot(direction).abs();
+        let nearby = around(joint, self.units).into_iter().filter(fits);
+        nearby.min_by(|a, b| off(a).total_cmp(&off(b))).or_else(finer).unwrap_or(joint)
     }
 
     fn snap(&self, p: Point, finer: f64) -> Point {
@@ -165,27 +231,85 @@ fn joints(controls: &[Point], frame: Frame, ends: Option<[Side; 2]>) -> Vec<Poin
     std::iter::once(begin).chain(between).chain(std::iter::once(end)).collect()
 }
 
-/// A chain's spline: control points and joints in turn.
+/// A chain's spline or full outline: control points and joints in turn.
 struct Spline {
-    /// Midpoint of every crossing edge.
+    /// The control point of every piece, near the midpoint of its crossing edge.
     controls: Vec<Point>,
     /// `joints[k]` is where piece k begins and `joints[k + 1]` where it ends; for a closed chain the last is the first again.
     joints: Vec<Point>,
+    /// The pieces that are corners: straight to the control point and straight on.
+    corners: Vec<bool>,
     closed: bool,
 }
 
+/// A spline as a polyline.
+struct Flattened {
+    points: Vec<Point>,
+    /// Where in it the joints are.
+    places: Vec<usize>,
+}
+
+impl Flattened {
+    /// The part from one joint to another.
+    fn part(&self, first: usize, last: usize) -> &[Point] {
+        &self.points[self.places[first]..=self.places[last]]
+    }
+}
+
 impl Spline {
-    fn new(fit: &Fit, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> Self {
+    /// The spline through the midpoints of a chain's edges.
+    fn new(frame: Frame, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> Self {
         let controls: Vec<Point> = edges.iter().map(|[black, white]| black.midpoint(*white)).collect();
-        let mut spline = Self { joints: joints(&controls, fit.frame, ends), controls, closed: ends.is_none() };
+        let mut spline =
+            Self { joints: joints(&controls, frame, ends), corners: vec![false; controls.len()], controls, closed: ends.is_none() };
         if spline.closed {
             spline.rescale(edges);
         }
         spline
     }
 
+    /// As it is, from begin to end.
+    fn path(&self) -> BezPath {
+        let mut path = BezPath::with_capacity(self.joints.len() + 1);
+        path.move_to(self.joints[0]);
+        for (k, control) in self.controls.iter().enumerate() {
+            if self.corners[k] {
+                path.line_to(*control);
+                path.line_to(self.joints[k + 1]);
+            } else {
+                path.quad_to(*control, self.joints[k + 1]);
+            }
+        }
+        path
+    }
+
+    fn flattened(&self, tolerance: f64) -> Flattened {
+        let mut points = vec![self.joints[0]];
+        let mut places = vec![0];
+        for k in 0..self.controls.len() {
+            if self.corners[k] {
+                points.extend([self.controls[k], self.joints[k + 1]]);
+            } else {
+                flatten_quad(&self.piece(k), tolerance, &mut points);
+            }
+            places.push(points.len() - 1);
+        }
+        Flattened { points, places }
+    }
+
     fn piece(&self, k: usize) -> QuadBez {
         QuadBez::new(self.joints[k], self.controls[k], self.joints[k + 1])
+    }
+
+    /// The middle of piece k.
+    fn middle(&self, k: usize) -> Point {
+        if self.corners[k] { self.controls[k] } else { self.piece(k).eval(0.5) }
+    }
+
+    /// The area under piece k, as `kurbo` counts it.
+    fn area(&self, k: usize) -> f64 {
+        let (from, control, to) = (self.joints[k].to_vec2(), self.controls[k].to_vec2(), self.joints[k + 1].to_vec2());
+        if self.corners[k] { 0.5 * (from.cross(control) + control.cross(to)) } else { self.piece(k).signed_area() }
     }
 
     /// The direction of the spline in a joint, of any length.
@@ -202,6 +326,11 @@ impl Spline {
         }
     }
 
+    /// The directions in both ends of `length` pieces from piece k on.
+    fn directions(&self, k: usize, length: usize) -> [Vec2; 2] {
+        [self.direction(k), self.direction(k + length)]
+    }
+
     /// Scales a small loop about its middle so that the spline has the area of the polygon of its midpoints, if every piece then
     /// still crosses its edge.
     fn rescale(&mut self, edges: &[CrossingEdge]) {
@@ -211,7 +340,7 @@ impl Spline {
         if area >= RESCALED_LOOP_AREA {
             return;
         }
-        let spline: f64 = (0..n).map(|k| self.piece(k).signed_area()).sum();
+        let spline: f64 = (0..n).map(|k| self.area(k)).sum();
         let factor = (area / spline.abs()).sqrt();
         if !(factor > 1.0 && factor < 1.5) {
             return;
@@ -294,8 +423,8 @@ impl<'a> Sleeve<'a> {
                     return false;
                 }
                 let [black, white] = self.edges[cell];
-                let fraction = crossing(p, q, black, white);
-                if !(turn(black, white, q) > 0.0 && clear(fraction)) {
+                let (beyond, fraction) = (turn(black, white, q), crossing(p, q, black, white));
+                if !(beyond >= -SIDE_CLEARANCE && clear(fraction)) {
                     return false;
                 }
                 let at = black.lerp(white, fraction);
@@ -303,6 +432,10 @@ impl<'a> Sleeve<'a> {
                     return false;
                 }
                 cell += 1;
+                // A point on the edge is as good as beyond it.
+                if beyond <= SIDE_CLEARANCE {
+                    break;
+                }
             }
             if (cell == first && !in_front(q)) || (cell == last && !is_end && !behind(q)) {
                 return false;
@@ -310,62 +443,62 @@ impl<'a> Sleeve<'a> {
         }
         cell == last
     }
+
+    /// Whether a quadratic curve stays in the cells before and behind edge k, however it is flattened if the two ways around the
+    /// triangle of its points walk through them, which nearly always do, and else as it is.
+    fn holds_quad(&self, quad: &QuadBez, k: usize, directions: [Vec2; 2], scratch: &mut Vec<Point>) -> bool {
+        let QuadBez { p0, p1, p2 } = *quad;
+        let [black, white] = self.edges[k];
+        let hull_stays = directions.iter().all(|direction| (p2 - p0).dot(*direction) > 0.0)
+            && clear(crossing(p0, p2, black, white))
+            && self.holds(&[p0, p1, p2], k, k + 1, directions);
+        hull_stays
+            || [FINE, 1.0].iter().all(|part| {
+                scratch.clear();
+                scratch.push(p0);
+                flatten_quad(quad, part * FLATTENING_TOLERANCE, scratch);
+                self.holds(scratch, k, k + 1, directions)
+            })
+    }
 }
 
 /// Fits one chain.
 struct Fitter<'a> {
     fit: Fit,
-    spline: &'a Spline,
+    outline: &'a Spline,
+    flattened: &'a Flattened,
     sleeve: &'a Sleeve<'a>,
     /// Every joint on the finest grid that keeps it in its cell.
     anchors: Vec<Point>,
-    /// Area under the spline from its begin to every joint.
+    /// Area under the outline from its begin to every joint.
     areas: Vec<f64>,
-    /// Area that the path so far has more than the spline.
+    /// Area that the path so far has more than the outline.
     surplus: f64,
     /// The direction in which the last cubic ended.
     heading: Option<Vec2>,
     path: BezPath,
-    /// Points of the spline between the ends of a run, with their places on the cubic.
+    /// Points of the outline between the ends of a run, with their places on the cubic.
     samples: Vec<(Point, f64)>,
     polyline: Vec<Point>,
 }
 
 impl<'a> Fitter<'a> {
-    fn new(fit: &Fit, spline: &'a Spline, snapped: Option<&[Point]>, sleeve: &'a Sleeve<'a>) -> Self {
-        let n = spline.controls.len();
-        let anchor = |k: usize| {
-            let joint = spline.joints[k];
-            let on_frame = !spline.closed && (k == 0 || k == n);
-            if fit.tolerance > 0.0 && !on_frame {
-                // Along the curve a point may move: of those around, the one nearest to the curve.
-                let direction = spline.direction(k) / spline.direction(k).hypot2().sqrt();
-                let off = |p: &Point| (*p - joint).cross(direction).abs() + ALONG * (*p - joint).dot(direction).abs();
-                let inside = around(joint, fit.units).into_iter().filter(|p| sleeve.cell(k).holds(*p));
-                if let Some(p) = inside.min_by(|a, b| off(a).total_cmp(&off(b))) {
-                    return p;
-                }
-            }
-            let coarse = snapped.map(|snapped| snapped[k]);
-            let finer = FINER_GRIDS.iter().map(|finer| fit.snap(joint, *finer));
-            coarse.into_iter().chain(finer).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(joint)
-        };
-        let mut anchors: Vec<Point> = (0..=n).map(anchor).collect();
-        if spline.closed {
-            anchors[n] = anchors[0];
-        }
+    fn new(fit: &Fit, outline: &'a Spline, flattened: &'a Flattened, sleeve: &'a Sleeve<'a>) -> Self {
+        let n = outline.controls.len();
+        let anchors: Vec<Point> = (0..=n).map(|k| fit.anchor(outline, sleeve, k)).collect();
         let mut areas = Vec::with_capacity(n + 1);
         let mut area = 0.0;
         areas.push(area);
         for k in 0..n {
-            area += spline.piece(k).signed_area();
+            area += outline.area(k);
             areas.push(area);
         }
         let mut path = BezPath::with_capacity(n + 2);
         path.move_to(anchors[0]);
         Self {
             fit: *fit,
-            spline,
+            outline,
+            flattened,
             sleeve,
             anchors,
             areas,
@@ -377,31 +510,30 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    fn run(&mut self) {
-        let n = self.spline.controls.len();
+    /// Fits the chain from begin to end, or gives up.
+    fn run(&mut self) -> Option<()> {
+        let n = self.outline.controls.len();
         let mut k = 0;
         let mut runs: Vec<(usize, CubicBez)> = Vec::new();
         while k < n {
             runs.clear();
-            if self.fit.tolerance > 0.0 {
-                // One run that does not fit may be followed by a longer one that does; two hardly ever are.
-                let mut misses = 0;
-                // Nearly all runs are of three pieces or more.
-                for length in 3..=LONGEST_RUN.min(n - k) {
-                    match self.cubic(k, length) {
-                        Some(cubic) => {
-                            runs.push((length, cubic));
-                            misses = 0;
-                        }
-                        None => misses += 1,
+            // One run that does not fit may be followed by a longer one that does; two hardly ever are.
+            let mut misses = 0;
+            // Nearly all runs are of three pieces or more.
+            for length in 3..=LONGEST_RUN.min(n - k) {
+                match self.cubic(k, length) {
+                    Some(cubic) => {
+                        runs.push((length, cubic));
+                        misses = 0;
                     }
-                    if misses == 2 {
-                        break;
-                    }
+                    None => misses += 1,
                 }
-                if runs.is_empty() && k + 2 <= n {
-                    runs.extend(self.cubic(k, 2).map(|cubic| (2, cubic)));
+                if misses == 2 {
+                    break;
                 }
+            }
+            if runs.is_empty() && k + 2 <= n {
+                runs.extend(self.cubic(k, 2).map(|cubic| (2, cubic)));
             }
             match runs.iter().rev().find_map(|(length, cubic)| Some((*length, self.finished(k, *length, cubic)?))) {
                 Some((length, cubic)) => {
@@ -410,48 +542,45 @@ impl<'a> Fitter<'a> {
                     k += length;
                 }
                 None => {
-                    self.single(k);
+                    self.single(k)?;
                     self.heading = None;
                     k += 1;
                 }
             }
         }
+        Some(())
     }
 
     fn push(&mut self, k: usize, length: usize, element: PathEl, area: f64) {
-        self.surplus += area - self.spline_area(k, length);
+        self.surplus += area - self.outline_area(k, length);
         self.path.push(element);
     }
 
-    /// Area under the spline from one anchor to another, by way of the joints.
-    fn spline_area(&self, k: usize, length: usize) -> f64 {
+    /// Area under the outline from one anchor to another, by way of the joints.
+    fn outline_area(&self, k: usize, length: usize) -> f64 {
         let last = k + length;
         let triangle = |a: Point, b: Point| 0.5 * a.to_vec2().cross(b.to_vec2());
-        let [begin, end] = [k, last].map(|i| (self.anchors[i], self.spline.joints[i]));
+        let [begin, end] = [k, last].map(|i| (self.anchors[i], self.outline.joints[i]));
         triangle(begin.0, begin.1) + self.areas[last] - self.areas[k] + triangle(end.1, end.0)
     }
 
     /// How much the area weighs for a curve that ends in joint `last`: what the end of the chain leaves over stays.
     fn area_weight(&self, last: usize) -> f64 {
-        if last == self.spline.controls.len() { 10.0 * AREA_WEIGHT } else { AREA_WEIGHT }
-    }
-
-    fn directions(&self, k: usize, length: usize) -> [Vec2; 2] {
-        [self.spline.direction(k), self.spline.direction(k + length)]
+        if last == self.outline.controls.len() { 10.0 * AREA_WEIGHT } else { AREA_WEIGHT }
     }
 
     /// A cubic for `length` pieces from piece k on, if there is one near enough.
     fn cubic(&mut self, k: usize, length: usize) -> Option<CubicBez> {
         let (p0, p3) = (self.anchors[k], self.anchors[k + length]);
         let chord = p3 - p0;
-        let [begin, end] = self.directions(k, length);
+        let [begin, end] = self.outline.directions(k, length);
         let begin = self.heading.unwrap_or(begin);
         // A curve that turns by less than a right angle either way from its chord has no loop.
         if !(begin.dot(chord) > 0.0 && end.dot(chord) > 0.0) {
             return None;
         }
         let (begin, end) = (begin / begin.hypot2().sqrt(), end / end.hypot2().sqrt());
-        let is_last = k + length == self.spline.controls.len();
+        let is_last = k + length == self.outline.controls.len();
         self.sample(k, length);
         let mut cubic = self.least_squares(p0, p3, begin, end, is_last);
         // Places and cubic follow each other; most runs that fit at all do so after one more round.
@@ -471,33 +600,37 @@ impl<'a> Fitter<'a> {
         self.sample(k, length);
         self.project(cubic);
         self.project(cubic);
-        let cubic = self.rounded(cubic, self.spline_area(k, length) - self.surplus, k + length);
+        let cubic = self.rounded(cubic, self.outline_area(k, length) - self.surplus, k + length);
         self.project(&cubic);
         let chord = cubic.p3 - cubic.p0;
         let legs = [cubic.p1 - cubic.p0, cubic.p2 - cubic.p1, cubic.p3 - cubic.p2];
         if self.deviation(&cubic) > self.fit.tolerance || legs.iter().any(|leg| leg.dot(chord) < 0.0) {
             return None;
         }
-        let directions = self.directions(k, length);
-        let stays = [FINE, 1.0].iter().all(|part| {
+        let directions = self.outline.directions(k, length);
+        let fine = (FINE * FLATTENING_TOLERANCE).min(self.fit.tolerance * MEASURED);
+        let stays = [FLATTENING_TOLERANCE, fine].iter().all(|tolerance| {
             self.polyline.clear();
             self.polyline.push(cubic.p0);
-            flatten_cubic(&cubic, part * FLATTENING_TOLERANCE, &mut self.polyline);
+            flatten_cubic(&cubic, *tolerance, &mut self.polyline);
             self.sleeve.holds(&self.polyline, k, k + length, directions)
         });
-        stays.then_some(cubic)
+        let pieces = self.flattened.part(k, k + length);
+        let distance = self.fit.tolerance * (1.0 - 2.0 * MEASURED);
+        let is_near = || keeps_within(distance, &self.polyline, pieces) && keeps_within(distance, pieces, &self.polyline);
+        (stays && is_near()).then_some(cubic)
     }
 
-    /// Points of the spline between joints k and k + length: the middle of every piece and the joints.
+    /// Points of the outline between joints k and k + length: the middle of every piece and the joints.
     fn sample(&mut self, k: usize, length: usize) {
         self.samples.clear();
         let mut way = 0.0;
         let mut last = self.anchors[k];
         for piece in k..k + length {
-            let middle = self.spline.piece(piece).eval(0.5);
+            let middle = self.outline.middle(piece);
             way += (middle - last).hypot2().sqrt();
             self.samples.push((middle, way));
-            let joint = self.spline.joints[piece + 1];
+            let joint = self.outline.joints[piece + 1];
             way += (joint - middle).hypot2().sqrt();
             if piece + 1 < k + length {
                 self.samples.push((joint, way));
@@ -615,52 +748,51 @@ impl<'a> Fitter<'a> {
         best.1
     }
 
-    /// Whether the triangle of a quadratic curve's points stays in its cells, and so the curve however it is flattened: its two
-    /// ways around must walk through them, and nearly always do.
-    fn hull_stays(&self, quad: &QuadBez, k: usize) -> bool {
-        let QuadBez { p0, p1, p2 } = *quad;
-        let [black, white] = self.sleeve.edges[k];
-        let directions = self.directions(k, 1);
-        directions.iter().all(|direction| (p2 - p0).dot(*direction) > 0.0)
-            && clear(crossing(p0, p2, black, white))
-            && self.sleeve.holds(&[p0, p1, p2], k, k + 1, directions)
+    /// Piece k as it is, on the coarsest grid that keeps it in its cells; None if that moves it further than the tolerance.
+    fn single(&mut self, k: usize) -> Option<()> {
+        let (from, control, to) = (self.anchors[k], self.outline.controls[k], self.anchors[k + 1]);
+        let directions = self.outline.directions(k, 1);
+        // Two pieces of one kind are nowhere further apart than their points are.
+        let is_near = |p: &Point| (*p - control).hypot2() <= self.fit.tolerance * self.fit.tolerance;
+        if self.outline.corners[k] {
+            let corner = Some(self.fit.corner(self.sleeve, k, [from, to], directions)).filter(is_near)?;
+            let area = 0.5 * (from.to_vec2().cross(corner.to_vec2()) + corner.to_vec2().cross(to.to_vec2()));
+            self.push(k, 1, PathEl::LineTo(corner), area);
+            self.path.line_to(to);
+            return Some(());
+        }
+        let wanted = self.outline_area(k, 1) - self.surplus;
+        let cost = |p: &Point| {
+            let off = QuadBez::new(from, *p, to).signed_area() - wanted;
+            self.area_weight(k + 1) * off * off / (to - from).hypot2() + (*p - control).hypot2()
+        };
+        let mut nearby = around(control, self.fit.units);
+        nearby.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let finer = FINER_GRIDS.map(|finer| self.fit.snap(control, finer));
+        let mut candidates = nearby.into_iter().chain(finer).filter(is_near).map(|p| QuadBez::new(from, p, to));
+        let quad = candidates.find(|quad| self.sleeve.holds_quad(quad, k, directions, &mut self.polyline))?;
+        self.push(k, 1, PathEl::QuadTo(quad.p1, to), quad.signed_area());
+        Some(())
     }
+}
 
-    /// Piece k as it is, on the coarsest grid that keeps it in its cells; a corner at the midpoint if none does.
-    fn single(&mut self, k: usize) {
-        let (from, control, to) = (self.anchors[k], self.spline.controls[k], self.anchors[k + 1]);
-        let [black, white] = self.sleeve.edges[k];
-        let directions = self.directions(k, 1);
-        let wanted = self.spline_area(k, 1) - self.surplus;
-        let mut nearby = [self.fit.snap(control, 0.5); 9];
-        if self.fit.tolerance > 0.0 {
-            let cost = |p: &Point| {
-                let off = QuadBez::new(from, *p, to).signed_area() - wanted;
-                self.area_weight(k + 1) * off * off / (to - from).hypot2() + (*p - control).hypot2()
-            };
-            nearby = around(control, self.fit.units);
-            nearby.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        }
-        for control in nearby.into_iter().chain(FINER_GRIDS.map(|finer| self.fit.snap(control, finer))) {
-            let quad = QuadBez::new(from, control, to);
-            let stays = self.hull_stays(&quad, k)
-                || [FINE, 1.0].iter().all(|part| {
-                    self.polyline.clear();
-                    self.polyline.push(from);
-                    flatten_quad(&quad, part * FLATTENING_TOLERANCE, &mut self.polyline);
-                    self.sleeve.holds(&self.polyline, k, k + 1, directions)
-                });
-            if stays {
-                self.push(k, 1, PathEl::QuadTo(quad.p1, to), quad.signed_area());
-                return;
+/// Whether every point of one polyline lies within a distance of another, both followed from begin to end.
+fn keeps_within(distance: f64, polyline: &[Point], of: &[Point]) -> bool {
+    let mut segment = 0;
+    polyline.iter().all(|p| {
+        while segment + 1 < of.len() {
+            if distance_squared(*p, of[segment], of[segment + 1]) <= distance * distance {
+                return true;
             }
+            segment += 1;
         }
-        let corner = |finer: f64| self.fit.snap(black.midpoint(white), finer);
-        let corners = FINER_GRIDS.iter().map(|finer| corner(*finer));
-        let middle = corners.into_iter().find(|p| self.sleeve.holds(&[from, *p, to], k, k + 1, directions));
-        let middle = middle.unwrap_or_else(|| black.midpoint(white));
-        let area = 0.5 * (from.to_vec2().cross(middle.to_vec2()) + middle.to_vec2().cross(to.to_vec2()));
-        self.push(k, 1, PathEl::LineTo(middle), area);
-        self.path.line_to(to);
-    }
+        false
+    })
+}
+
+/// The square of the distance of p from the segment from a to b.
+fn distance_squared(p: Point, a: Point, b: Point) -> f64 {
+    let (way, off) = (b - a, p - a);
+    let at = (off.dot(way) / way.hypot2()).clamp(0.0, 1.0);
+    if at.is_nan() { off.hypot2() } else { (off - way * at).hypot2() }
 }

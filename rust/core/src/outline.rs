@@ -25,7 +25,7 @@ use crate::components::Components;
 use crate::control::Control;
 use crate::drawing::{Drawing, Frame, Ink, POLYGON_REACH, Stipple};
 use crate::error::{Error, Result};
-use crate::fit::{CrossingEdge, FINER_GRIDS, Fit, units_per_pixel};
+use crate::fit::{CrossingEdge, FINER_GRIDS, Fit};
 use crate::least_radius::distance_to_segment;
 use crate::triangulation::{Beside, Side, Triangulation};
 
@@ -98,8 +98,7 @@ pub fn outline(
     let is_dot = |component: u32, chain: &Chain| {
         components.sizes[component as usize] == 1 && chains_of[component as usize] == 1 && chain.edges.len() >= 2
     };
-    let units = units_per_pixel(shaping.tolerance, count as f64 / (frame.width * frame.height));
-    let fit = Fit { tolerance: shaping.tolerance, units, frame };
+    let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
     let shape_of = |chain: &Chain| -> Result<Shape> {
         control.check()?;
         let edges = &chains.edges[chain.edges.clone()];
@@ -114,14 +113,14 @@ pub fn outline(
         let star =
             Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(own_is_black)]).collect(), ends: chain.ends, frame };
         let wanted = (cell_areas[node] * shaping.stipple_scale / PI).sqrt().max(MIN_RADIUS);
-        let stipple = star.dot(point(triangulation.graph.sites[node]), wanted, units * DOT_GRID, Ink::of_label(labels[node]));
+        let stipple = star.dot(point(triangulation.graph.sites[node]), wanted, fit.units * DOT_GRID, Ink::of_label(labels[node]));
         Ok(Shape::Dot { stipple, own, around })
     };
     let shapes = chains.chains.par_iter().map(shape_of).collect::<Result<Vec<Shape>>>()?;
     control.report(0.8)?;
 
     let mut vertices = 0;
-    let mut parts = Parts { width, height, units, inks: vec![Ink::White; components.sizes.len()], ..Parts::default() };
+    let mut parts = Parts { width, height, units: fit.units, inks: vec![Ink::White; components.sizes.len()], ..Parts::default() };
     let mut is_stipple = vec![false; components.sizes.len()];
     for (chain, shape) in chains.chains.iter().zip(shapes) {
         match shape {
