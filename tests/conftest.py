@@ -1,9 +1,15 @@
 """Photos that every test may draw: public-domain pictures that come in scikit-image's wheel."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 import pytest
 from skimage import data
+
+from graphstipple.metrics._weights import cache_folder
 
 PHOTOS = ("astronaut", "camera", "chelsea", "coffee", "rocket")
 
@@ -30,3 +36,11 @@ def astronaut(photos: dict[str, npt.NDArray[np.uint8]]) -> npt.NDArray[np.uint8]
 def small(astronaut: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """Return a face, (96, 128, 3): quick to draw."""
     return np.ascontiguousarray(astronaut[60:156, 160:288])
+
+
+@pytest.fixture(scope="session")
+def weights() -> Path:
+    """Return the cache folder with the weights of LPIPS in it: the command fetches them where they are missing."""
+    run = subprocess.run([sys.executable, "-m", "graphstipple.metrics", "fetch"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    return cache_folder()

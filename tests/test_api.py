@@ -37,6 +37,7 @@ def drawing(small: np.ndarray) -> gs.Drawing:
 def test_everything_promised_exists() -> None:
     assert all(hasattr(gs, name) for name in gs.__all__)
     assert all(hasattr(gs.stages, name) for name in gs.stages.__all__)
+    assert all(hasattr(gs.metrics, name) for name in gs.metrics.__all__)
     assert re.fullmatch(r"\d+\.\d+\.\d+.*", gs.__version__)
 
 

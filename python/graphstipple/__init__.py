@@ -10,7 +10,7 @@ Everywhere, x runs right and y runs down, in pixels of the input image; the pixe
 [c, c + 1) x [r, r + 1). Arrays of pixels are (height, width), arrays of points are (n, 2) as x, y. 0 is black, 1 is white.
 """
 
-from graphstipple import stages
+from graphstipple import metrics, stages
 from graphstipple._core import __version__
 from graphstipple._draw import draw
 from graphstipple._errors import (
@@ -19,6 +19,7 @@ from graphstipple._errors import (
     ImageFileNotFoundError,
     InvalidInputError,
     MissingPackageError,
+    MissingWeightsError,
 )
 from graphstipple.drawing import Drawing, Graph, Region, load
 from graphstipple.importance import saliency
@@ -32,11 +33,13 @@ __all__ = [
     "ImageFileNotFoundError",
     "InvalidInputError",
     "MissingPackageError",
+    "MissingWeightsError",
     "Options",
     "Region",
     "__version__",
     "draw",
     "load",
+    "metrics",
     "saliency",
     "stages",
 ]

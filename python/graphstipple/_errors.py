@@ -19,3 +19,7 @@ class ImageFileNotFoundError(ImageFileError, FileNotFoundError):
 
 class MissingPackageError(GraphStippleError, ImportError):
     """What was asked for needs a package that is not installed; the message says which."""
+
+
+class MissingWeightsError(GraphStippleError, OSError):
+    """LPIPS needs weights that are not, or not whole, in the cache folder; the message names the command that fetches them."""

@@ -44,6 +44,16 @@ def read_luma(image: ImageLike, background: str, name: str = "image") -> npt.NDA
     raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
 
 
+def check_range(array: npt.NDArray[Any], name: str) -> None:
+    """Raise InvalidInputError if a value of an array (height, width, ...) lies outside [0, 1]; `name` says what it is."""
+    wrong = np.argwhere(~((array >= 0) & (array <= 1)))
+    if len(wrong):
+        row, column = (int(i) for i in wrong[0][:2])
+        raise InvalidInputError(
+            f"the {name} is {array[tuple(wrong[0])]} at column {column}, row {row}, but floats must be between 0 and 1"
+        )
+
+
 def _from_array(array: npt.NDArray[Any], name: str) -> Samples:
     if array.ndim == 2:
         array = array[:, :, np.newaxis]
@@ -61,12 +71,7 @@ def _from_array(array: npt.NDArray[Any], name: str) -> Samples:
         return np.ascontiguousarray(array, np.uint16)
     if array.dtype.kind != "f":
         raise InvalidInputError(f"the {name} has values of type {array.dtype}, but they must be {DTYPES}")
-    wrong = np.argwhere(~((array >= 0) & (array <= 1)))
-    if len(wrong):
-        row, column, channel = (int(i) for i in wrong[0])
-        raise InvalidInputError(
-            f"the {name} is {array[row, column, channel]} at column {column}, row {row}, but floats must be between 0 and 1"
-        )
+    check_range(array, name)
     return np.ascontiguousarray(array, np.float32)
 
 
