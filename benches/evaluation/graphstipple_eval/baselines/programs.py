@@ -1,0 +1,201 @@
+"""Vector pictures by programs that are not part of this project: potrace, vtracer and inksep, each where it is installed.
+
+- potrace (Selinger 2003) traces a bitmap; with its defaults. The bitmap is the tone cut at Otsu's threshold (1979).
+- vtracer traces clusters of pixels; in black and white, else with its defaults. It cuts the tone itself, at the middle.
+- inksep relaxes dots as Secord (2002) and pushes dark ones apart; darker dots are larger, up to five times the diameter of the
+  smallest. With its defaults, but without a border, and with a smallest dot for which dots that lie as dense as the darkness have
+  its ink.
+
+The traced SVG files are painted by resvg at four times the size, since it makes polygons of curves, and averaged; the dots of
+inksep are painted as all dots here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import importlib.util
+import io
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import numpy.typing as npt
+import resvg_py
+from PIL import Image
+from skimage.filters import threshold_otsu
+
+from graphstipple import GraphStippleError
+from graphstipple_eval.baselines.dots import BLACK, Dots, box_average, check_dots, equal_black_dots, picture
+from graphstipple_eval.method import Counts, Method, Photo, Picture
+
+MAGNIFICATION = 4
+"""How much larger than the photo resvg paints: then its polygons lie within a hundredth of a pixel from the curves."""
+
+INKSEP_RANGE = 4.0
+"""Largest over smallest diameter, less 1: the default of inksep."""
+
+INKSEP_SEED = 1
+
+SVG_NAMESPACE = "{http://www.w3.org/2000/svg}"
+
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+ARC = re.compile(rf"{NUMBER}(?:[\s,]*{NUMBER}){{2}}[\s,]*[01][\s,]*[01][\s,]*{NUMBER}[\s,]*{NUMBER}")
+
+
+def count_coordinates(path_data: str) -> int:
+    """Return how many coordinate pairs SVG path data hold, control points included.
+
+    A horizontal or vertical line and an arc count one, as they end in one point; closing a path counts none.
+    """
+    count = 0
+    for command, arguments in re.findall(r"([MmLlHhVvCcSsQqTtAaZz])([^MmLlHhVvCcSsQqTtAaZz]*)", path_data):
+        if command in "Aa":
+            count += len(ARC.findall(arguments))
+        else:
+            count += len(re.findall(NUMBER, arguments)) // (1 if command in "HhVv" else 2)
+    return count
+
+
+def find_program(name: str) -> str | None:
+    """Return where a program is: on the PATH, or beside this Python, where pip puts it."""
+    return shutil.which(name, path=os.pathsep.join([os.environ.get("PATH", os.defpath), str(Path(sys.executable).parent)]))
+
+
+def run(command: list[str], stdin: bytes = b"") -> bytes:
+    """Return what a program writes.
+
+    Raises
+    ------
+    GraphStippleError
+        If it fails; with the last line of what it says.
+    """
+    done = subprocess.run(command, input=stdin, capture_output=True, check=False)
+    if done.returncode != 0:
+        said = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing"]
+        raise GraphStippleError(f"{Path(command[0]).name} failed with exit code {done.returncode} and said: {said[-1]}")
+    return done.stdout
+
+
+def needs_program(name: str, how: str) -> str | None:
+    """Return None if a program is installed, or the sentence that says how to install it."""
+    return None if find_program(name) else f"{name} is not installed: {how}"
+
+
+def traced(svg: str, photo: Photo, settings: dict[str, object]) -> Picture:
+    """Return the picture that an SVG of black paths on nothing is."""
+    height, width = photo.tone.shape
+    size = {"width": width * MAGNIFICATION, "height": height * MAGNIFICATION}
+    # At 72 dots an inch, the points in which potrace writes sizes are pixels.
+    png = bytes(resvg_py.svg_to_bytes(svg_string=svg, **size, dpi=72, background="#ffffff"))
+    samples = np.asarray(Image.open(io.BytesIO(png)).convert("L"))
+    paths = [path.get("d", "") for path in ElementTree.fromstring(svg).iter(f"{SVG_NAMESPACE}path")]
+    return Picture(
+        raster=box_average(samples, MAGNIFICATION) / np.float32(255),
+        counts=Counts(regions=len(paths), coordinates=sum(map(count_coordinates, paths))),
+        svg=svg,
+        settings=settings,
+    )
+
+
+def otsu_bitmap(tone: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.bool_], float]:
+    """Return which pixels are white, and the threshold: Otsu's, or the middle for a photo of one tone, which has no two classes."""
+    threshold = 0.5
+    if tone.min() < tone.max():
+        threshold = float(threshold_otsu(tone))  # type: ignore[no-untyped-call]
+    return tone > threshold, threshold
+
+
+def trace_by_potrace(photo: Photo, dots: int) -> Picture:
+    """Return the picture of potrace."""
+    program = find_program("potrace")
+    assert program is not None
+    white, threshold = otsu_bitmap(photo.tone)
+    bitmap = io.BytesIO()
+    Image.fromarray(white).save(bitmap, "PPM")
+    svg = run([program, "--svg", "--output", "-", "-"], bitmap.getvalue()).decode()
+    version = run([program, "--version"]).decode().split()[1].rstrip(".")
+    return traced(svg, photo, {"version": version, "threshold": threshold})
+
+
+def trace_by_vtracer(photo: Photo, dots: int) -> Picture:
+    """Return the picture of vtracer."""
+    vtracer = importlib.import_module("vtracer")
+    grey = io.BytesIO()
+    Image.fromarray(np.rint(photo.tone * 255).astype(np.uint8)).save(grey, "PNG")
+    svg = vtracer.convert_raw_image_to_svg(grey.getvalue(), img_format="png", colormode="binary")
+    return traced(svg, photo, {"version": importlib.metadata.version("vtracer")})
+
+
+def inksep_smallest_dot(darkness: npt.NDArray[np.float64], dots: int) -> float:
+    """Return the diameter in px of the smallest of dots that lie as dense as the darkness, if together they have its ink."""
+    ink = darkness.sum()
+    mean_square = (darkness * (1 + INKSEP_RANGE * darkness) ** 2).sum() / ink
+    return math.sqrt(4 * ink / (math.pi * dots * mean_square))
+
+
+def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
+    """Return the picture of inksep."""
+    program = find_program("inksep")
+    assert program is not None
+    count = check_dots(dots)
+    height, width = photo.tone.shape
+    darkness = 1 - photo.tone.astype(np.float64)
+    if not darkness.any():
+        # It refuses a white photo.
+        return picture(equal_black_dots(np.empty((0, 2)), 0.0), width, height, {})
+    smallest = inksep_smallest_dot(darkness, count)
+    # At 25.4 dots an inch, its millimetres are pixels.
+    options = {
+        "--stipples": count,
+        "--min-dot": smallest,
+        "--dot-range": INKSEP_RANGE,
+        "--dpi": 25.4,
+        "--border": 0,
+        "--seed": INKSEP_SEED,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        grey, drawn = Path(folder, "grey.png"), Path(folder, "dots.svg")
+        Image.fromarray(np.rint(photo.tone * 255).astype(np.uint8)).save(grey)
+        flags = [str(part) for option in options.items() for part in option]
+        run([program, str(grey), str(drawn), "--no-preview", *flags])
+        svg = drawn.read_text("utf-8")
+    circles = list(ElementTree.fromstring(svg).iter(f"{SVG_NAMESPACE}circle"))
+    marks = np.array([[float(circle.get(name, "0")) for name in ("cx", "cy", "r")] for circle in circles]).reshape(-1, 3)
+    found = Dots(marks[:, :2], marks[:, 2], np.full(len(marks), BLACK, np.uint8))
+    version = run([program, "--version"]).decode().split()[1]
+    drawing = picture(found, width, height, {"version": version, **{name[2:]: value for name, value in options.items()}})
+    return Picture(drawing.raster, drawing.counts, svg, drawing.settings)
+
+
+METHODS = (
+    Method(
+        "potrace",
+        "potrace",
+        "Selinger 2003, the program; Otsu 1979",
+        trace_by_potrace,
+        missing=lambda: needs_program("potrace", "install the package potrace of Debian or Homebrew"),
+    ),
+    Method(
+        "vtracer",
+        "vtracer",
+        "the program of visioncortex",
+        trace_by_vtracer,
+        missing=lambda: None if importlib.util.find_spec("vtracer") else "vtracer is not installed: pip install vtracer",
+    ),
+    Method(
+        "inksep",
+        "inksep",
+        "the program of its contributors; after Secord 2002",
+        stipple_by_inksep,
+        is_budgeted=True,
+        missing=lambda: needs_program("inksep", "pip install inksep"),
+    ),
+)
