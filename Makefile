@@ -3,6 +3,7 @@
 #   make test    Rust and Python tests          make lint    formatters, linters, types
 #   make bench   speed                          make format  apply the formatters
 #   make build   the package in .venv           make clean   remove everything made here
+#   make evaluate   compare methods on scikit-image's photos: a report in out/evaluation
 PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
@@ -13,9 +14,13 @@ unexport CONDA_PREFIX
 RUST := $(shell find rust -name '*.rs' -o -name '*.md' -o -name Cargo.toml) Cargo.toml Cargo.lock
 ENVIRONMENT := $(VENV)/.environment-done
 PACKAGE := $(VENV)/.package-done
+EVALUATION := $(VENV)/.evaluation-done
 BINARY := target/release/graphstipple
 
-.PHONY: build demo test lint format bench clean
+# Public-domain photos in scikit-image's wheel.
+PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
+
+.PHONY: build demo test lint format bench evaluate clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -31,6 +36,10 @@ $(PACKAGE): $(ENVIRONMENT) pyproject.toml $(RUST)
 	$(BIN)/maturin develop --release --locked --quiet
 	touch $@
 
+$(EVALUATION): $(PACKAGE) benches/evaluation/pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e benches/evaluation
+	touch $@
+
 $(BINARY): $(RUST)
 	cargo build --release --locked
 	touch $@
@@ -41,11 +50,11 @@ demo: $(PACKAGE) $(BINARY)
 	cmp out/astronaut.svg out/astronaut-binary.svg
 	@echo "The native binary drew the same: out/astronaut-binary.svg"
 
-test: $(PACKAGE) $(BINARY)
+test: $(PACKAGE) $(EVALUATION) $(BINARY)
 	cargo test --workspace --exclude graphstipple-py --locked
 	$(BIN)/python -m pytest
 
-lint: $(PACKAGE)
+lint: $(PACKAGE) $(EVALUATION)
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	$(BIN)/ruff check
@@ -62,6 +71,11 @@ bench:
 	cargo bench --package graphstipple-bench --locked --bench stages
 	cargo bench --package graphstipple-bench --locked --bench scale
 	cargo bench --package graphstipple-bench --locked --bench formats
+
+evaluate: $(EVALUATION)
+	$(BIN)/python -m graphstipple.metrics fetch
+	folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)') && \
+	    $(BIN)/graphstipple-eval $(PHOTOS:%="$$folder/%") --size 512 --out out/evaluation
 
 clean:
 	rm -rf $(VENV) target out dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

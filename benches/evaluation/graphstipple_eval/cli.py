@@ -1,0 +1,139 @@
+"""The command `graphstipple-eval`."""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import shutil
+import sys
+from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+import graphstipple as gs
+from graphstipple.metrics import Comparison
+from graphstipple_eval import photos, report, run
+from graphstipple_eval.results import Failure, Result
+from graphstipple_eval.selection import Selection, parse_budget, parse_names, parse_sweeps
+
+DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes."""
+
+LEAST_SIDE = 161
+"""Shortest side of a photo in pixels: multi-scale SSIM halves it four times and then needs its window of 11."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """Say in one line what is wrong, without the usage."""
+        raise gs.InvalidInputError(f"{message} (see graphstipple-eval --help)")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="graphstipple-eval", description="Compare methods and settings on photos; write a report in HTML.")
+    parser.add_argument("photos", nargs="+", type=Path, metavar="FOLDER|FILE", help="folders of photos, or single photos")
+    parser.add_argument(
+        "--size", default="512", metavar="PIXELS[,...]", help="longest sides that photos are reduced to (default: %(default)s)"
+    )
+    parser.add_argument("--methods", default="all", metavar="NAME[,...]", help="names of methods (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=Path("report"), metavar="FOLDER", help="the report (default: %(default)s)")
+    parser.add_argument(
+        "--budget",
+        default="coordinates",
+        metavar="coordinates|marks|N",
+        help="dots of stippling methods: as many as the default drawing has coordinates or marks, or a number, to which the "
+        "coordinates of our own drawings are brought too (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--sweep", action="append", default=[], metavar="OPTION=VALUE,...", help="also draw with these values of an option"
+    )
+    parser.add_argument("--jobs", default=None, metavar="N", help="processes (default: one a core)")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        By default the program's.
+    """
+    try:
+        return _evaluate(_parser().parse_args(arguments))
+    except gs.GraphStippleError as error:
+        return _ended(USAGE, str(error))
+    except OSError as error:
+        return _ended(FAILED, f"a file cannot be read or written: {error}")
+    except BrokenExecutor:
+        return _ended(
+            FAILED, "a process was ended from outside, perhaps for want of memory: try fewer --jobs; what is done is kept"
+        )
+    except KeyboardInterrupt:
+        return _ended(INTERRUPTED, "interrupted; what is done is kept, and the same command goes on from there")
+
+
+def _ended(code: int, message: str) -> int:
+    print(f"graphstipple-eval: {message}", file=sys.stderr)
+    return code
+
+
+def _evaluate(arguments: argparse.Namespace) -> int:
+    sizes = list(dict.fromkeys(_whole("--size", text, LEAST_SIDE) for text in arguments.size.split(",")))
+    jobs = os.cpu_count() or 1 if arguments.jobs is None else _whole("--jobs", arguments.jobs, 1)
+    selection = Selection(parse_names(arguments.methods), parse_sweeps(arguments.sweep), parse_budget(arguments.budget))
+    root: Path = arguments.out
+    _check_out(root)
+    # Without the weights of LPIPS, this fails now and not after the first drawing.
+    Comparison(np.zeros((LEAST_SIDE, LEAST_SIDE)))
+    prepared = photos.prepare(photos.find(arguments.photos), sizes, LEAST_SIDE, root / report.PICTURES)
+
+    os.environ.update(run.ONE_THREAD)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=run.set_up_process) as pool:
+        try:
+            outcome = run.run(prepared, selection, root, pool, _show)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+        finally:
+            if sys.stderr.isatty():
+                print(file=sys.stderr)
+    index = report.write(root, prepared, selection, outcome)
+    print(f"{len(outcome.results)} pictures, {outcome.kept} of them from before: {index}")
+    if outcome.failures:
+        first = outcome.failures[0]
+        example = f"{first.method} on {first.photo} at {first.size}: {first.reason}"
+        return _ended(FAILED, f"{len(outcome.failures)} pictures failed, as the report says; the first is {example}")
+    return DONE
+
+
+def _whole(name: str, text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise gs.InvalidInputError(f"{name} is {text!r}, but it must be a whole number of at least {least}")
+    return int(text)
+
+
+def _check_out(root: Path) -> None:
+    """Refuse to spread a report over a folder of other things."""
+    if root.exists() and not root.is_dir():
+        raise gs.InvalidInputError(f"--out is {root}, but that is a file: give a folder")
+    if root.is_dir() and any(root.iterdir()) and not (root / report.PICTURES).is_dir():
+        raise gs.InvalidInputError(f"--out is {root}, but that folder holds other things than a report: give another one")
+
+
+def _show(done: int, of_all: int, task: run.Task, entry: Result | Failure) -> None:
+    """Show progress: one line that changes on a terminal, else a line a picture."""
+    took = f"{entry.seconds:.1f} s" if isinstance(entry, Result) else f"failed: {entry.reason}"
+    line = f"[{done}/{of_all}] {task.method}, {task.photo.name} at {task.photo.size}: {took}"
+    if not sys.stderr.isatty():
+        print(line, file=sys.stderr, flush=True)
+        return
+    width = shutil.get_terminal_size().columns
+    print(f"\r\x1b[K{line[: width - 1]}", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,187 @@
+"""graphstipple's own methods: its defaults, the paper's settings and their ablations, and sweeps over one option.
+
+`graphstipple` is what `graphstipple.draw` makes by default. `paper` has the settings of `Options.paper()` (a lattice of one node a
+pixel, every midpoint kept) with the node budget of the default drawing, 0.3 a pixel and at most 300,000, so that both draw with the
+same number of nodes. The ablations change one thing in `paper` and keep its node budget:
+
+- constant importance: `importance="constant:1"`, which the budget's factor brings to the same number of nodes;
+- no relaxation: `relax=0`;
+- alpha = 1: `alpha=1` where the tone is diffused; the importance is diffused as before, so the nodes are the same.
+
+With a fixed budget of coordinates, each of these methods is drawn with other numbers of nodes until it writes so many.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+import graphstipple as gs
+from graphstipple_eval.method import Counts, Method, Photo, Picture
+
+DEFAULT = "graphstipple"
+"""The method whose counts are the budget of the others."""
+
+PAPER = "paper"
+
+COORDINATES_TOLERANCE = 0.02
+"""How far from a fixed budget the coordinates may end, as a share: below what the node budget itself meets, searches fail."""
+
+MOST_DRAWS = 12
+"""Drawings of a search: most need three or four; more are for small drawings, where the node budget's own 2 % stands in the way."""
+
+
+def _default(photo: Photo) -> gs.Options:
+    return gs.Options(threads=1)
+
+
+def _paper(photo: Photo) -> gs.Options:
+    nodes = max(3, round(min(0.3 * photo.tone.size, 300_000)))
+    return gs.Options.paper(nodes=nodes, threads=1)
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """One of our methods: a name, a title, where it comes from, options for a photo, the changes to them and the importance."""
+
+    name: str
+    title: str
+    source: str
+    options: Callable[[Photo], gs.Options]
+    changes: dict[str, object] = dataclasses.field(default_factory=dict)
+    importance: str = "saliency"
+
+
+_VARIANTS = (
+    _Variant(DEFAULT, "graphstipple, defaults", "graphstipple", _default),
+    _Variant(PAPER, "graphstipple, paper's settings", "Graph-based Black and White Stylization, 2026", _paper),
+    _Variant("paper-constant-importance", "constant importance", "the paper's ablation", _paper, importance="constant:1"),
+    _Variant("paper-no-relaxation", "no relaxation", "the paper's ablation", _paper, {"relax": 0}),
+    _Variant("paper-alpha-1", "alpha = 1", "the paper's ablation", _paper, {"alpha": 1.0}),
+)
+
+ABLATIONS = ("paper-constant-importance", "paper-no-relaxation", "paper-alpha-1")
+"""Names of the ablations of `paper`, in the order of the paper's Table 5."""
+
+
+def methods(coordinates: int | None) -> tuple[Method, ...]:
+    """Return our methods.
+
+    Parameters
+    ----------
+    coordinates : int, optional
+        Coordinates that every drawing is to write; by default the drawings are as their options make them.
+    """
+    return tuple(
+        Method(
+            variant.name,
+            variant.title,
+            variant.source,
+            partial(_draw if coordinates is None else _draw_at_budget, variant),
+            is_budgeted=coordinates is not None,
+        )
+        for variant in _VARIANTS
+    )
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Values of one option, the others at their defaults.
+
+    Parameters
+    ----------
+    option : str
+        A field of `graphstipple.Options`.
+    values : tuple
+        Its values, as `graphstipple.Options` stores them.
+    """
+
+    option: str
+    values: tuple[object, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> Sweep:
+        """Read `OPTION=VALUE,VALUE`; a value is JSON, or else text.
+
+        Raises
+        ------
+        InvalidInputError
+            If it has no such form, or there is no such option or value.
+        """
+        option, equals, values = text.partition("=")
+        if not equals or not all(values.split(",")):
+            raise gs.InvalidInputError(f"the sweep {text!r} is no sweep: it must be OPTION=VALUE,VALUE, such as detail_gain=0,6")
+        names = [field.name for field in dataclasses.fields(gs.Options)]
+        if option not in names:
+            raise gs.InvalidInputError(f"there is no option {option!r} to sweep over: it must be one of {', '.join(names)}")
+        checked = tuple(getattr(gs.Options().replace(**{option: _value(value)}), option) for value in values.split(","))
+        if len(set(checked)) < len(checked):
+            raise gs.InvalidInputError(f"the sweep {text!r} has a value twice")
+        return cls(option, checked)
+
+    def methods(self) -> tuple[Method, ...]:
+        """Return one method a value, named `OPTION=VALUE`."""
+        made = []
+        for value in self.values:
+            short = str(value).removesuffix(".0")
+            variant = _Variant(f"{self.option}={short}", f"{self.option} = {short}", "graphstipple", _default, {self.option: value})
+            made.append(Method(variant.name, variant.title, variant.source, partial(_draw, variant)))
+        return tuple(made)
+
+
+def _value(text: str) -> object:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return text
+
+
+def _draw(variant: _Variant, photo: Photo, dots: int) -> Picture:
+    """Draw with the variant's own number of nodes."""
+    options = variant.options(photo).replace(**variant.changes)
+    return _picture(gs.draw(photo.pixels, variant.importance, options), variant, {})
+
+
+def _draw_at_budget(variant: _Variant, photo: Photo, dots: int) -> Picture:
+    """Draw with as many nodes as make the drawing write `dots` coordinates, or come nearest to it."""
+    options = variant.options(photo).replace(**variant.changes)
+    drawing = nearest = gs.draw(photo.pixels, variant.importance, options)
+    tried = {int(drawing.stats["nodes"]): int(drawing.stats["coordinates"])}
+    # Without a density, the lattice grows with the nodes, to somewhat more than this.
+    most = 15 * photo.tone.size if options.density is None else int(drawing.stats["lattice_nodes"])
+    while abs(nearest.stats["coordinates"] - dots) > COORDINATES_TOLERANCE * dots and len(tried) < MOST_DRAWS:
+        nodes = min(_next_nodes(tried, dots), most)
+        if nodes in tried:
+            break
+        drawing = gs.draw(photo.pixels, variant.importance, options.replace(nodes=nodes))
+        tried[nodes] = drawing.stats["coordinates"]
+        nearest = min(nearest, drawing, key=lambda drawing: abs(drawing.stats["coordinates"] - dots))
+    search: dict[str, object] = {"draws": len(tried)}
+    written = nearest.stats["coordinates"]
+    if abs(written - dots) > COORDINATES_TOLERANCE * dots:
+        search["note"] = f"{written} coordinates instead of {dots}: no number of nodes that was tried comes nearer"
+    return _picture(nearest, variant, search)
+
+
+def _next_nodes(tried: dict[int, int], wanted: int) -> int:
+    """Return the number of nodes to try next: between those that wrote too little and too much, else in proportion."""
+    less = max((nodes for nodes, written in tried.items() if written < wanted), default=None)
+    more = min((nodes for nodes, written in tried.items() if written > wanted), default=None)
+    if less is None or more is None:
+        nodes = less or more or 1
+        return max(3, round(nodes * wanted / max(1, tried[nodes])))
+    guess = round(less + (more - less) * (wanted - tried[less]) / (tried[more] - tried[less]))
+    # A guess at an end has nothing new to tell, though the end that was wrong by more may still be far away.
+    return guess if guess not in tried else (less + more) // 2
+
+
+def _picture(drawing: gs.Drawing, variant: _Variant, search: dict[str, object]) -> Picture:
+    stats = drawing.stats
+    counts = Counts(**{name: stats[name] for name in ("stipples", "regions", "vertices", "anchors", "coordinates", "nodes")})
+    settings = {"importance": variant.importance, **dataclasses.asdict(drawing.options), **search}
+    return Picture(drawing.rasterize().astype(np.float32) / np.float32(255), counts, drawing.svg(), settings)

@@ -1,0 +1,615 @@
+"""The evaluation: photos, methods and their budgets, results that are kept, failures, interruptions, wrong input."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from tests import support
+
+import graphstipple as gs
+from graphstipple_eval import baselines, cli, files, ours, photos, quoted, report, results, run, tables
+from graphstipple_eval.method import Counts, Method, Photo, Picture
+from graphstipple_eval.ours import Sweep
+from graphstipple_eval.photos import PhotoFile
+from graphstipple_eval.results import Failure, Result
+from graphstipple_eval.selection import Selection, parse_budget, parse_names
+
+COMMAND = [sys.executable, "-m", "graphstipple_eval"]
+
+
+def write_photo(path: Path, name: str = "astronaut", width: int = 200, height: int = 176) -> Path:
+    """Write a crop from the middle of one of the photos."""
+    Image.fromarray(support.photo(name, width, height)).save(path)
+    return path
+
+
+def evaluate(*arguments: object, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command to its end."""
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+        env=os.environ | (environment or {}),
+    )
+
+
+# Photos
+
+
+def test_photos_of_folders_and_single_ones_are_found_once_and_sorted(tmp_path: Path) -> None:
+    (tmp_path / "in" / "deeper.png").mkdir(parents=True)
+    for name in ("b.png", "A.JPG", "notes.txt"):
+        (tmp_path / "in" / name).touch()
+    (tmp_path / "c.webp").touch()
+    found = photos.find([tmp_path / "c.webp", tmp_path / "in", tmp_path / "in" / "b.png"])
+    assert [path.name for path in found] == ["A.JPG", "b.png", "c.webp"]
+
+
+@pytest.mark.parametrize(
+    ("names", "place", "sentence"),
+    [
+        (["notes.txt"], ".", "holds no photo"),
+        (["a.png"], "b.png", "does not exist"),
+        (["a.png", "A.jpg"], ".", "two photos have the name"),
+    ],
+)
+def test_photos_that_cannot_be_taken_are_named(tmp_path: Path, names: list[str], place: str, sentence: str) -> None:
+    for name in names:
+        (tmp_path / name).touch()
+    with pytest.raises(gs.InvalidInputError, match=sentence):
+        photos.find([tmp_path / place])
+
+
+def test_a_reduced_photo_has_the_size_and_the_mean_of_the_whole_one() -> None:
+    luma = support.photo_luma("coffee")
+    small = photos.reduced(luma, 150)
+    assert small.shape == (100, 150)
+    assert small.dtype == np.uint8
+    assert small.mean() / 255 == pytest.approx(luma.mean(), abs=0.002)
+    # Overshoot of the filter at hard edges is clipped, not wrapped around.
+    assert set(np.unique(photos.reduced(np.ones((300, 300), np.float32), 100))) == {255}
+
+
+def test_a_smaller_photo_is_not_enlarged() -> None:
+    luma = support.photo_luma("coffee", 90, 60)
+    assert np.array_equal(photos.reduced(luma, 200), np.round(luma * 255))
+
+
+def test_a_prepared_photo_is_upright_and_read_back_as_it_was_written(tmp_path: Path) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = 6  # a camera held upright: the file has the photo on its side
+    Image.fromarray(support.photo("coffee", 200, 176)).save(tmp_path / "upright.png", exif=exif)
+    (prepared,) = photos.prepare([tmp_path / "upright.png"], [512], 161, tmp_path / "out")
+    assert (prepared.width, prepared.height) == (176, 200)
+    assert prepared.checksum == files.checksum((tmp_path / "upright.png").read_bytes())
+    photo = prepared.read()
+    luma = gs.stages.tone(tmp_path / "upright.png")
+    assert np.abs(photo.tone - luma).max() <= 0.5 / 255 + 1e-6
+    assert np.array_equal(photo.tone, gs.stages.tone(photo.pixels))
+
+
+def test_sizes_come_one_after_the_other(tmp_path: Path) -> None:
+    paths = [write_photo(tmp_path / f"{name}.png", name, 300, 300) for name in ("camera", "coffee")]
+    prepared = photos.prepare(paths, [200, 250], 161, tmp_path / "out")
+    assert [(photo.name, photo.size, photo.width) for photo in prepared] == [
+        ("camera", 200, 200),
+        ("coffee", 200, 200),
+        ("camera", 250, 250),
+        ("coffee", 250, 250),
+    ]
+    assert prepared[0].path == tmp_path / "out" / "camera-200" / "photo.png"
+
+
+def test_nothing_is_written_when_one_photo_is_too_small_or_unreadable(tmp_path: Path) -> None:
+    good, small = write_photo(tmp_path / "good.png"), write_photo(tmp_path / "small.png", height=160)
+    with pytest.raises(gs.InvalidInputError, match=r"small\.png is 200 x 160 pixels at size 512, but .* at least 161"):
+        photos.prepare([good, small], [512], 161, tmp_path / "out")
+    (tmp_path / "broken.png").write_bytes(good.read_bytes()[:500])
+    with pytest.raises(gs.ImageFileError, match=r"broken\.png"):
+        photos.prepare([good, tmp_path / "broken.png"], [512], 161, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_with_the_same_content_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "file"
+    files.write(path, b"one")
+    os.utime(path, (1, 1))
+    files.write(path, b"one")
+    assert path.stat().st_mtime == 1
+    files.write(path, b"two")
+    assert path.read_bytes() == b"two"
+    assert list(path.parent.iterdir()) == [path]
+
+
+# Our own methods
+
+
+@pytest.fixture(scope="module")
+def small_photo() -> Photo:
+    pixels = support.photo("astronaut", 200, 176)
+    return Photo("astronaut", "0" * 64, pixels, gs.stages.tone(pixels))
+
+
+def drawn(photo: Photo, budget: int | None = None) -> dict[str, Picture]:
+    """Return the pictures of all our methods."""
+    return {method.name: method.draw(photo, budget or 0) for method in ours.methods(budget)}
+
+
+def test_our_methods_have_equal_nodes_and_ablations_change_one_thing(small_photo: Photo) -> None:
+    pictures = drawn(small_photo)
+    default, paper = pictures[ours.DEFAULT], pictures[ours.PAPER]
+    assert default.svg == gs.draw(small_photo.pixels).svg()
+    assert paper.settings["density"] == 1
+    assert paper.settings["tolerance"] == 0
+    for picture in pictures.values():
+        assert picture.counts.nodes == pytest.approx(0.3 * small_photo.tone.size, rel=0.02)
+        assert picture.raster.shape == small_photo.tone.shape
+    changed = {
+        name: {key: value for key, value in pictures[name].settings.items() if value != paper.settings[key]}
+        for name in ours.ABLATIONS
+    }
+    assert changed == {
+        "paper-constant-importance": {"importance": "constant:1"},
+        "paper-no-relaxation": {"relax": 0},
+        "paper-alpha-1": {"alpha": 1.0},
+    }
+    assert pictures["paper-alpha-1"].counts.nodes == paper.counts.nodes
+
+
+def test_the_counts_are_those_of_the_drawing(small_photo: Photo) -> None:
+    picture = drawn(small_photo)[ours.DEFAULT]
+    stats = gs.draw(small_photo.pixels).stats
+    for name in ("stipples", "regions", "vertices", "anchors", "coordinates", "nodes"):
+        assert getattr(picture.counts, name) == stats[name]
+
+
+@pytest.mark.parametrize("budget", [1500, 12_000])
+def test_a_fixed_budget_is_met_by_each_of_our_methods(small_photo: Photo, budget: int) -> None:
+    for picture in drawn(small_photo, budget).values():
+        assert picture.counts.coordinates == pytest.approx(budget, rel=ours.COORDINATES_TOLERANCE)
+        assert "note" not in picture.settings
+
+
+def test_a_budget_that_cannot_be_met_is_said(small_photo: Photo) -> None:
+    paper = next(method for method in ours.methods(1) if method.name == ours.PAPER)
+    beyond = 10 * small_photo.tone.size  # a lattice of one node a pixel does not have so many
+    picture = paper.draw(small_photo, beyond)
+    assert picture.counts.coordinates is not None
+    assert picture.counts.coordinates < beyond
+    assert str(picture.settings["note"]).startswith(f"{picture.counts.coordinates} coordinates instead of {beyond}")
+
+
+@pytest.mark.parametrize(
+    ("text", "values", "names"),
+    [
+        ("detail_gain=0,2.5,6", (0.0, 2.5, 6.0), ["detail_gain=0", "detail_gain=2.5", "detail_gain=6"]),
+        ("alpha=dynamic,1", ("dynamic", 1.0), ["alpha=dynamic", "alpha=1"]),
+        ("lattice=square", ("square",), ["lattice=square"]),
+        ("invert=true,false", (True, False), ["invert=True", "invert=False"]),
+        ("nodes=null,5000", (None, 5000), ["nodes=None", "nodes=5000"]),
+    ],
+)
+def test_a_sweep_is_read_by_json_or_as_text(text: str, values: tuple[object, ...], names: list[str]) -> None:
+    sweep = Sweep.parse(text)
+    assert sweep.values == values
+    assert [method.name for method in sweep.methods()] == names
+
+
+def test_a_sweep_changes_its_option_alone(small_photo: Photo) -> None:
+    default = drawn(small_photo)[ours.DEFAULT]
+    picture, same = (method.draw(small_photo, 0) for method in Sweep.parse("relax=3,1").methods())
+    assert {key: value for key, value in picture.settings.items() if value != default.settings[key]} == {"relax": 3}
+    assert same.svg == default.svg
+
+
+# Which methods
+
+
+def test_all_means_what_can_run_and_the_default_drawing_is_always_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(photo: Photo, dots: int) -> Picture:
+        raise AssertionError
+
+    here = Method("here", "Here", "-", nothing)
+    away = Method("away", "Away", "-", nothing, missing=lambda: "the program away is not installed")
+    monkeypatch.setattr(baselines, "METHODS", (here, away))
+    everything = Selection(None, (), "coordinates")
+    assert [method.name for method in everything.compared] == [ours.DEFAULT, ours.PAPER, *ours.ABLATIONS, "here"]
+    assert everything.missing == {"away": "the program away is not installed"}
+    one = Selection(("here",), (Sweep("relax", (0,)),), "coordinates")
+    assert list(one.all()) == [ours.DEFAULT, "here", "relax=0"]
+    assert one.missing == {}
+    with pytest.raises(gs.InvalidInputError, match="the method away cannot run here: the program away is not installed"):
+        Selection(("away",), (), "coordinates")
+
+
+def test_budgets() -> None:
+    counts = {"coordinates": 900, "stipples": 30, "regions": 20}
+    assert Selection(("paper",), (), parse_budget("coordinates")).dots(counts) == 900
+    assert Selection(("paper",), (), parse_budget("marks")).dots(counts) == 50
+    assert Selection(("paper",), (), parse_budget("1234")).dots(counts) == 1234
+    assert Selection(("paper",), (), 1234).dots(None) == 1234
+    assert Selection(("paper",), (), "marks").dots(None) is None
+    assert parse_names("a,b,a") == ("a", "b")
+
+
+# Runs, in this process
+
+
+class Inline(Executor):
+    """Runs a task at once, here."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(function(*arguments, **named))
+        return future
+
+
+@dataclass
+class Recorder:
+    """A method that draws dots in a row and keeps what it was asked for."""
+
+    calls: list[tuple[str, int]] = field(default_factory=list)
+
+    def draw(self, photo: Photo, dots: int) -> Picture:
+        self.calls.append((photo.name, dots))
+        raster = np.ones_like(photo.tone)
+        raster.flat[:dots] = 0
+        return Picture(raster, Counts(stipples=dots, coordinates=dots), "<svg/>", {"dots": dots})
+
+
+@pytest.fixture
+def recorder(monkeypatch: pytest.MonkeyPatch) -> Recorder:
+    """Two methods in place of the baselines, one with a budget and one without, and metrics that take no time."""
+    recorder = Recorder()
+    budgeted = Method("dots", "dots", "-", recorder.draw, is_budgeted=True)
+    plain = Method("plain", "plain", "-", lambda photo, dots: recorder.draw(photo, 7))
+    monkeypatch.setattr(baselines, "METHODS", (budgeted, plain))
+    monkeypatch.setattr(run, "Comparison", lambda tone: lambda picture: {"tone_error": float(picture.mean() - tone.mean())})
+    run._photo.cache_clear()
+    return recorder
+
+
+@pytest.fixture
+def two(tmp_path: Path) -> list[PhotoFile]:
+    """Two small photos, prepared."""
+    paths = [write_photo(tmp_path / f"{name}.png", name, 64, 48) for name in ("camera", "coffee")]
+    return photos.prepare(paths, [64], 48, tmp_path / "out" / report.PICTURES)
+
+
+def run_here(two: list[PhotoFile], tmp_path: Path, names: str = "dots,plain", budget: str = "coordinates") -> run.Outcome:
+    """Run methods in this process."""
+    selection = Selection(parse_names(names), (), parse_budget(budget))
+    return run.run(two, selection, tmp_path / "out", Inline(), lambda *_: None)
+
+
+def states(folder: Path) -> dict[Path, tuple[int, int]]:
+    """Return which files there are, and when each was written."""
+    return {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in folder.rglob("*") if path.is_file()}
+
+
+def test_dots_are_as_many_as_the_default_drawing_has_coordinates_or_marks(
+    two: list[PhotoFile], tmp_path: Path, recorder: Recorder
+) -> None:
+    stats = {photo.name: gs.draw(photo.read().pixels).stats for photo in two}
+    run_here(two, tmp_path)
+    assert recorder.calls == [(name, n) for name, entry in stats.items() for n in (entry["coordinates"], 7)]
+    recorder.calls.clear()
+    # What does not depend on the budget is kept.
+    outcome = run_here(two, tmp_path, budget="marks")
+    assert recorder.calls == [(name, entry["stipples"] + entry["regions"]) for name, entry in stats.items()]
+    assert outcome.kept == 4
+    recorder.calls.clear()
+    run_here(two, tmp_path, budget="150")
+    assert recorder.calls == [("camera", 150), ("coffee", 150)]
+
+
+def test_a_result_tells_all_that_it_depends_on(two: list[PhotoFile], tmp_path: Path, recorder: Recorder) -> None:
+    outcome = run_here(two, tmp_path)
+    assert [(result.photo, result.method) for result in outcome.results] == [
+        (photo, method) for photo in ("camera", "coffee") for method in (ours.DEFAULT, "dots", "plain")
+    ]
+    result = outcome.results[1]
+    assert result.dots == recorder.calls[0][1]
+    assert result.checksum == files.checksum((tmp_path / "camera.png").read_bytes())
+    assert result.versions["graphstipple"] == gs.__version__
+    assert result.settings == {"dots": result.dots}
+    assert result.svg_bytes == len("<svg/>")
+    assert {name: files.checksum((tmp_path / "out" / name).read_bytes()) for name in result.files} == result.files
+    with Image.open(tmp_path / "out" / result.png) as picture:
+        pixels = np.asarray(picture)
+    assert np.count_nonzero(pixels == 0) == result.dots
+    assert result.metrics["tone_error"] == pytest.approx(pixels.mean() / 255 - two[0].read().tone.mean(), abs=1e-6)
+    assert Result.of_json(json.loads((tmp_path / "out" / result.png).with_suffix(".json").read_text())) == result
+    assert outcome.results[2].dots is None
+
+
+def test_a_second_run_computes_nothing(two: list[PhotoFile], tmp_path: Path, recorder: Recorder) -> None:
+    first = run_here(two, tmp_path)
+    calls, before = len(recorder.calls), states(tmp_path)
+    second = run_here(two, tmp_path)
+    assert len(recorder.calls) == calls
+    assert states(tmp_path) == before
+    assert (first.kept, second.kept) == (0, 6)
+    assert second.results == first.results
+
+
+@pytest.mark.parametrize("harm", ["no json", "broken json", "no picture", "other picture"])
+def test_only_what_is_missing_or_damaged_is_computed(two: list[PhotoFile], tmp_path: Path, recorder: Recorder, harm: str) -> None:
+    first = run_here(two, tmp_path)
+    picture = tmp_path / "out" / first.results[1].png
+    match harm:
+        case "no json":
+            picture.with_suffix(".json").unlink()
+        case "broken json":
+            picture.with_suffix(".json").write_text("{")
+        case "no picture":
+            picture.unlink()
+        case "other picture":
+            Image.new("L", (64, 48)).save(picture)
+    recorder.calls.clear()
+    second = run_here(two, tmp_path)
+    assert [name for name, _ in recorder.calls] == ["camera"]
+    assert second.kept == 5
+    assert second.results[1].files == first.results[1].files
+
+
+def test_another_photo_of_the_same_name_is_not_mistaken_for_it(two: list[PhotoFile], tmp_path: Path, recorder: Recorder) -> None:
+    run_here(two, tmp_path)
+    write_photo(tmp_path / "camera.png", "chelsea", 64, 48)
+    recorder.calls.clear()
+    other = photos.prepare([tmp_path / "camera.png"], [64], 48, tmp_path / "out" / report.PICTURES)
+    outcome = run_here(other, tmp_path)
+    assert outcome.kept == 0
+    assert len(recorder.calls) == 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"checksum": "1"},
+        {"size": 65},
+        {"method": "other"},
+        {"dots": 2},
+        {"dots": None},
+        {"fingerprint": "other"},
+    ],
+)
+def test_every_part_of_a_key_counts(change: dict[str, Any]) -> None:
+    parts: dict[str, Any] = {"checksum": "0", "size": 64, "method": "dots", "dots": 1, "fingerprint": "f"}
+    assert results.key(*parts.values()) != results.key(*(parts | change).values())
+
+
+def test_the_fingerprint_is_of_the_code_that_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = results.fingerprint()
+    assert results.fingerprint() == before
+    copy = tmp_path / "graphstipple_eval"
+    for name in ("__init__.py", "ours.py", "report.py"):
+        files.write(copy / name, b"")
+    monkeypatch.setattr(results.graphstipple_eval, "__file__", str(copy / "__init__.py"))
+    small = results.fingerprint()
+    assert small != before
+    (copy / "report.py").write_text("changed")
+    assert results.fingerprint() == small
+    (copy / "ours.py").write_text("changed")
+    assert results.fingerprint() != small
+
+
+def test_a_method_that_fails_is_reported_and_the_rest_goes_on(
+    two: list[PhotoFile], tmp_path: Path, recorder: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(photo: Photo, dots: int) -> Picture:
+        if photo.name == "camera":
+            raise ZeroDivisionError("no dot\nat all")
+        return recorder.draw(photo, 3)
+
+    def too_small(photo: Photo, dots: int) -> Picture:
+        return Picture(np.ones((2, 2), np.float32), Counts())
+
+    def too_light(photo: Photo, dots: int) -> Picture:
+        return Picture(photo.tone + np.float32(1), Counts())
+
+    wrong = {"fails": fails, "too-small": too_small, "too-light": too_light}
+    monkeypatch.setattr(baselines, "METHODS", tuple(Method(name, name, "-", draw) for name, draw in wrong.items()))
+    outcome = run_here(two, tmp_path, "all")
+    reasons = {(failure.photo, failure.method): failure.reason for failure in outcome.failures}
+    assert reasons["camera", "fails"] == "ZeroDivisionError: no dot at all"
+    assert reasons["coffee", "too-small"] == "the picture has the shape (2, 2), but the photo has (48, 64)"
+    assert "but they must be in [0, 1]" in reasons["coffee", "too-light"]
+    assert len(reasons) == 5
+    assert [result.photo for result in outcome.results if result.method == "fails"] == ["coffee"]
+    # A failure is not kept: the next run tries again.
+    assert run_here(two, tmp_path, "all").kept == 2 * len(ours.methods(None)) + 1
+
+
+def test_without_a_default_drawing_there_is_no_budget(
+    two: list[PhotoFile], tmp_path: Path, recorder: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ours, "_draw", lambda *_: 1 / 0)
+    outcome = run_here(two[:1], tmp_path)
+    assert [result.method for result in outcome.results] == ["plain"]
+    assert outcome.failures[1] == Failure("camera", 64, "dots", "there is no budget, because graphstipple failed on this photo")
+
+
+# Tables
+
+
+def result_of(photo: str, method: str, **metrics: float) -> Result:
+    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, {"a.png": ""}, 1.0, None, {"stipples": 2}, metrics)
+
+
+def test_tables_are_means_with_the_best_of_each_column() -> None:
+    methods = [Method(name, name, "-", Recorder().draw) for name in ("one", "two", "part", "none")]
+    made = [
+        result_of("a", "one", near_psnr=8.0, near_ssim=0.1),
+        result_of("b", "one", near_psnr=10.0, near_ssim=0.3),
+        result_of("a", "two", near_psnr=math.inf, near_ssim=0.2001),
+        result_of("b", "two", near_psnr=12.0, near_ssim=0.2001),
+        result_of("a", "part", near_psnr=99.0, near_ssim=0.9),
+    ]
+    table = tables.table(methods, made, (tables.QUALITY[2], tables.QUALITY[3], tables.QUALITY[0]))
+    assert [row.name for row in table.rows] == ["one", "two", "part"]
+    assert table.rows[0].values == (9.0, 0.2, None)
+    assert table.rows[0].best == (False, True, False)
+    assert table.rows[1].best == (True, True, False)  # 0.2001 is printed as 0.200
+    assert table.rows[2].best == (False, False, False)  # a mean over fewer photos is not compared
+    assert [row.remark for row in table.rows] == ["", "", "1 of 2 photos"]
+    assert table.columns[0].text(math.inf) == "∞"
+    assert table.columns[0].text(None) == "\N{EN DASH}"
+    assert tables.COUNTS[0].text(1234567) == "1\N{NARROW NO-BREAK SPACE}234\N{NARROW NO-BREAK SPACE}567"
+    assert tables.QUALITY[-1].text(-0.00125) == "\N{MINUS SIGN}0.0013"
+
+
+def test_an_infinite_metric_survives_its_file(tmp_path: Path) -> None:
+    result = result_of("a", "one", near_psnr=math.inf)
+    files.write(tmp_path / "a.png", b"")
+    result = Result(**(vars(result) | {"files": {"a.png": files.checksum(b"")}}))
+    results.save(result, tmp_path / "a.json")
+    assert json.loads((tmp_path / "a.json").read_text())["metrics"] == {"near_psnr": "inf"}
+    assert results.load(tmp_path / "a.json", tmp_path) == result
+
+
+def test_quoted_figures_name_methods_that_exist() -> None:
+    assert set(quoted.ABLATIONS) == {ours.PAPER, *ours.ABLATIONS}
+    assert set(quoted.ABLATIONS) <= {method.name for method in ours.methods(None)}
+
+
+# The command
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with one photo."""
+    folder = tmp_path_factory.mktemp("photos")
+    write_photo(folder / "astronaut.png")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--methods", "nothing"], "there is no method 'nothing'"),
+        (["--size", "512,big"], "--size is 'big'"),
+        (["--size", "160"], "--size is '160', but it must be a whole number of at least 161"),
+        (["--budget", "0"], "the budget is '0'"),
+        (["--budget", "dots"], "the budget is 'dots'"),
+        (["--jobs", "0"], "--jobs is '0'"),
+        (["--sweep", "detail_gian=1"], "there is no option 'detail_gian'"),
+        (["--sweep", "detail_gain=-1"], "detail_gain is -1"),
+        (["--sweep", "detail_gain=much"], "detail_gain"),
+        (["--sweep", "detail_gain"], "no sweep"),
+        (["--sweep", "detail_gain=1,,2"], "no sweep"),
+        (["--sweep", "detail_gain=6,6.0"], "a value twice"),
+        (["--sweep", "relax=0", "--sweep", "relax=1"], "two sweeps are over one option"),
+        (["--colour"], "--colour"),
+    ],
+)
+def test_wrong_arguments_are_one_line_and_exit_code_2(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], sentence: str
+) -> None:
+    assert cli.main([str(folder), "--out", str(tmp_path / "out"), *arguments]) == cli.USAGE
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert sentence in said.err
+    assert said.err.startswith("graphstipple-eval: ")
+    assert said.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def assert_one_line(ended: subprocess.CompletedProcess[str], code: int, sentence: str) -> None:
+    assert ended.returncode == code, ended.stderr
+    assert sentence in ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert ended.stdout == ""
+
+
+@pytest.mark.usefixtures("weights")
+def test_the_command_itself_says_what_is_wrong_in_one_line(folder: Path, tmp_path: Path) -> None:
+    assert_one_line(evaluate(), cli.USAGE, "the following arguments are required")
+    assert_one_line(evaluate(tmp_path / "none", "--out", tmp_path / "out"), cli.USAGE, "does not exist")
+    (tmp_path / "broken.png").write_bytes(b"\x89PNG\r\n")
+    assert_one_line(evaluate(folder, tmp_path / "broken.png", "--out", tmp_path / "out"), cli.USAGE, "broken.png")
+    assert_one_line(evaluate(folder, "--out", folder), cli.USAGE, "holds other things than a report")
+    assert not (tmp_path / "out").exists()
+
+
+def test_missing_weights_stop_it_at_once(folder: Path, tmp_path: Path) -> None:
+    ended = evaluate(folder, "--out", tmp_path / "out", environment={"GRAPHSTIPPLE_CACHE": str(tmp_path)})
+    assert_one_line(ended, cli.USAGE, "python -m graphstipple.metrics fetch")
+    assert not (tmp_path / "out").exists()
+
+
+def wait_for_result(process: subprocess.Popen[str], out: Path) -> None:
+    """Wait until a picture is done and others are not."""
+    until = time.monotonic() + 120
+    while not list(out.glob("pictures/*/*.json")):
+        assert process.poll() is None, "it ended before it made anything"
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+@pytest.mark.usefixtures("weights")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_what_is_done_survives_an_interruption(folder: Path, tmp_path: Path, how: signal.Signals) -> None:
+    arguments = [folder, "--methods", "paper", "--sweep", "relax=0,2,3,4,5", "--out", tmp_path, "--jobs", "2"]
+    with subprocess.Popen([*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        wait_for_result(process, tmp_path)
+        process.send_signal(how)
+        _, said = process.communicate(timeout=60)
+    if how == signal.SIGINT:
+        assert process.returncode == cli.INTERRUPTED
+        assert said.splitlines()[-1].startswith("graphstipple-eval: interrupted")
+        assert "Traceback" not in said
+    before = {path: state for path, state in states(tmp_path).items() if path.suffix == ".json"}
+    assert 0 < len(before) < 7
+    ended = evaluate(*arguments)
+    assert ended.returncode == cli.DONE, ended.stderr
+    assert f"7 pictures, {len(before)} of them from before" in ended.stdout
+    after = states(tmp_path)
+    assert {path: after[path] for path in before} == before
+    assert json.loads((tmp_path / "results.json").read_text())["failures"] == []
+
+
+@pytest.mark.usefixtures("weights")
+def test_a_whole_run_and_its_files(folder: Path, tmp_path: Path) -> None:
+    arguments = [folder, "--methods", "paper", "--sweep", "relax=0", "--out", tmp_path / "out"]
+    one = evaluate(*arguments, "--jobs", "1")
+    assert one.returncode == cli.DONE, one.stderr
+    assert [line.split("]")[0] for line in one.stderr.splitlines()] == ["[1/3", "[2/3", "[3/3"]
+    content = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert [picture["method"] for picture in content["pictures"]] == [ours.DEFAULT, "paper", "relax=0"]
+    with (tmp_path / "out" / "results.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row, picture in zip(rows, content["pictures"], strict=True):
+        assert (row["photo"], row["method"], row["key"]) == (picture["photo"], picture["method"], picture["key"])
+        for name, value in {**picture["metrics"], "seconds": picture["seconds"]}.items():
+            assert float(row[name]) == value
+        assert int(row["coordinates"]) == picture["counts"]["coordinates"]
+    before = states(tmp_path)
+    again = evaluate(*arguments)
+    assert again.returncode == cli.DONE
+    assert "3 of them from before" in again.stdout
+    assert states(tmp_path) == before
+    # Two processes make the same pictures as one.
+    other = evaluate(*arguments[:-1], tmp_path / "other", "--jobs", "2")
+    assert other.returncode == cli.DONE
+    for first, second in zip(
+        content["pictures"], json.loads((tmp_path / "other" / "results.json").read_text())["pictures"], strict=True
+    ):
+        assert {**first, "seconds": 0} == {**second, "seconds": 0}
