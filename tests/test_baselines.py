@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -482,6 +484,17 @@ def test_inksep_draws_the_dots(face: Photo) -> None:
     picture = BY_NAME["inksep"].draw(face, 200)
     assert picture.counts.stipples == 200
     assert abs(picture.raster.mean() - face.tone.mean()) < 0.15
+
+
+def test_programs_that_are_installed_and_work_tell_their_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, script in {"potrace": "echo potrace 1.16. Copyright", "inksep": "exit 3"}.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(programs.importlib.util, "find_spec", lambda name: None)
+    assert programs.versions() == {"potrace": "1.16"}
+    monkeypatch.setattr(programs, "find_program", lambda name: None)
+    assert programs.versions() == {}
 
 
 def test_a_program_that_fails_is_one_sentence() -> None:

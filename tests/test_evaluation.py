@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -23,6 +25,7 @@ from tests import support
 
 import graphstipple as gs
 from graphstipple_eval import baselines, cli, files, ours, photos, quoted, report, results, run, tables
+from graphstipple_eval.baselines import programs
 from graphstipple_eval.method import Counts, Method, Photo, Picture
 from graphstipple_eval.ours import Sweep
 from graphstipple_eval.photos import PhotoFile
@@ -77,6 +80,17 @@ def test_photos_that_cannot_be_taken_are_named(tmp_path: Path, names: list[str],
         photos.find([tmp_path / place])
 
 
+def test_a_photo_whose_name_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    name = os.fsdecode(b"caf\xe9.png")
+    try:
+        (tmp_path / name).touch()
+    except OSError:
+        pytest.skip("this file system has no such names")
+    with pytest.raises(gs.InvalidInputError, match=r"the name of the photo 'caf\\udce9\.png' is not UTF-8") as refused:
+        photos.find([tmp_path])
+    str(refused.value).encode()
+
+
 def test_a_reduced_photo_has_the_size_and_the_mean_of_the_whole_one() -> None:
     luma = support.photo_luma("coffee")
     small = photos.reduced(luma, 150)
@@ -96,7 +110,7 @@ def test_a_prepared_photo_is_upright_and_read_back_as_it_was_written(tmp_path: P
     exif = Image.Exif()
     exif[0x0112] = 6  # a camera held upright: the file has the photo on its side
     Image.fromarray(support.photo("coffee", 200, 176)).save(tmp_path / "upright.png", exif=exif)
-    (prepared,) = photos.prepare([tmp_path / "upright.png"], [512], 161, tmp_path / "out")
+    (prepared,) = photos.write(photos.decode([tmp_path / "upright.png"], [512], 161, tmp_path / "out"))
     assert (prepared.width, prepared.height) == (176, 200)
     assert prepared.checksum == files.checksum((tmp_path / "upright.png").read_bytes())
     photo = prepared.read()
@@ -107,7 +121,7 @@ def test_a_prepared_photo_is_upright_and_read_back_as_it_was_written(tmp_path: P
 
 def test_sizes_come_one_after_the_other(tmp_path: Path) -> None:
     paths = [write_photo(tmp_path / f"{name}.png", name, 300, 300) for name in ("camera", "coffee")]
-    prepared = photos.prepare(paths, [200, 250], 161, tmp_path / "out")
+    prepared = photos.write(photos.decode(paths, [200, 250], 161, tmp_path / "out"))
     assert [(photo.name, photo.size, photo.width) for photo in prepared] == [
         ("camera", 200, 200),
         ("coffee", 200, 200),
@@ -117,14 +131,17 @@ def test_sizes_come_one_after_the_other(tmp_path: Path) -> None:
     assert prepared[0].path == tmp_path / "out" / "camera-200" / "photo.png"
 
 
-def test_nothing_is_written_when_one_photo_is_too_small_or_unreadable(tmp_path: Path) -> None:
+def test_all_photos_that_are_too_small_or_unreadable_are_named_in_one_line(tmp_path: Path) -> None:
     good, small = write_photo(tmp_path / "good.png"), write_photo(tmp_path / "small.png", height=160)
-    with pytest.raises(gs.InvalidInputError, match=r"small\.png is 200 x 160 pixels at size 512, but .* at least 161"):
-        photos.prepare([good, small], [512], 161, tmp_path / "out")
-    (tmp_path / "broken.png").write_bytes(good.read_bytes()[:500])
-    with pytest.raises(gs.ImageFileError, match=r"broken\.png"):
-        photos.prepare([good, tmp_path / "broken.png"], [512], 161, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+    broken, away = tmp_path / "broken.png", tmp_path / "away.png"
+    broken.write_bytes(good.read_bytes()[:500])
+    with pytest.raises(gs.InvalidInputError) as refused:
+        photos.decode([away, broken, good, small], [512, 600], 161, tmp_path / "out")
+    first, second, third = str(refused.value).split("; ")
+    assert str(away) in first
+    assert str(broken) in second
+    assert third.startswith(f"{small} is 200 x 160 pixels at size 512, but the metrics need at least 161 a side")
+    assert "\n" not in str(refused.value)
 
 
 def test_a_file_with_the_same_content_is_left_alone(tmp_path: Path) -> None:
@@ -209,14 +226,26 @@ def test_a_budget_that_cannot_be_met_is_said(small_photo: Photo) -> None:
 def test_a_sweep_is_read_by_json_or_as_text(text: str, values: tuple[object, ...], names: list[str]) -> None:
     sweep = Sweep.parse(text)
     assert sweep.values == values
-    assert [method.name for method in sweep.methods()] == names
+    assert [method.name for method in sweep.methods(None)] == names
 
 
 def test_a_sweep_changes_its_option_alone(small_photo: Photo) -> None:
     default = drawn(small_photo)[ours.DEFAULT]
-    picture, same = (method.draw(small_photo, 0) for method in Sweep.parse("relax=3,1").methods())
+    picture, same = (method.draw(small_photo, 0) for method in Sweep.parse("relax=3,1").methods(None))
     assert {key: value for key, value in picture.settings.items() if value != default.settings[key]} == {"relax": 3}
     assert same.svg == default.svg
+
+
+def test_a_sweep_is_brought_to_the_budget_unless_it_sets_the_nodes(small_photo: Photo) -> None:
+    budget = 5000
+    for method in Sweep.parse("tolerance=0,1").methods(budget):
+        picture = method.draw(small_photo, budget)
+        assert method.is_budgeted
+        assert picture.counts.coordinates == pytest.approx(budget, rel=ours.COORDINATES_TOLERANCE)
+    for text, nodes in (("nodes=3000", 3000), ("nodes_per_pixel=0.1", 0.1 * small_photo.tone.size)):
+        (method,) = Sweep.parse(text).methods(budget)
+        assert not method.is_budgeted
+        assert method.draw(small_photo, 0).counts.nodes == pytest.approx(nodes, rel=0.02)
 
 
 # Which methods
@@ -247,6 +276,9 @@ def test_budgets() -> None:
     assert Selection(("paper",), (), 1234).dots(None) == 1234
     assert Selection(("paper",), (), "marks").dots(None) is None
     assert parse_names("a,b,a") == ("a", "b")
+    assert parse_names("all") is None
+    assert Selection((), (Sweep("relax", (0,)),), 1234).all()["relax=0"].is_budgeted
+    assert not Selection((), (Sweep("relax", (0,)),), "marks").all()["relax=0"].is_budgeted
 
 
 # Runs, in this process
@@ -290,7 +322,7 @@ def recorder(monkeypatch: pytest.MonkeyPatch) -> Recorder:
 def two(tmp_path: Path) -> list[PhotoFile]:
     """Two small photos, prepared."""
     paths = [write_photo(tmp_path / f"{name}.png", name, 64, 48) for name in ("camera", "coffee")]
-    return photos.prepare(paths, [64], 48, tmp_path / "out" / report.PICTURES)
+    return photos.write(photos.decode(paths, [64], 48, tmp_path / "out" / report.PICTURES))
 
 
 def run_here(two: list[PhotoFile], tmp_path: Path, names: str = "dots,plain", budget: str = "coordinates") -> run.Outcome:
@@ -329,6 +361,7 @@ def test_a_result_tells_all_that_it_depends_on(two: list[PhotoFile], tmp_path: P
     assert result.dots == recorder.calls[0][1]
     assert result.checksum == files.checksum((tmp_path / "camera.png").read_bytes())
     assert result.versions["graphstipple"] == gs.__version__
+    assert result.code == results.fingerprint()
     assert result.settings == {"dots": result.dots}
     assert result.svg_bytes == len("<svg/>")
     assert {name: files.checksum((tmp_path / "out" / name).read_bytes()) for name in result.files} == result.files
@@ -374,7 +407,7 @@ def test_another_photo_of_the_same_name_is_not_mistaken_for_it(two: list[PhotoFi
     run_here(two, tmp_path)
     write_photo(tmp_path / "camera.png", "chelsea", 64, 48)
     recorder.calls.clear()
-    other = photos.prepare([tmp_path / "camera.png"], [64], 48, tmp_path / "out" / report.PICTURES)
+    other = photos.write(photos.decode([tmp_path / "camera.png"], [64], 48, tmp_path / "out" / report.PICTURES))
     outcome = run_here(other, tmp_path)
     assert outcome.kept == 0
     assert len(recorder.calls) == 2
@@ -389,10 +422,12 @@ def test_another_photo_of_the_same_name_is_not_mistaken_for_it(two: list[PhotoFi
         {"dots": 2},
         {"dots": None},
         {"fingerprint": "other"},
+        {"version": "1.16"},
+        {"version": None},
     ],
 )
 def test_every_part_of_a_key_counts(change: dict[str, Any]) -> None:
-    parts: dict[str, Any] = {"checksum": "0", "size": 64, "method": "dots", "dots": 1, "fingerprint": "f"}
+    parts: dict[str, Any] = {"checksum": "0", "size": 64, "method": "dots", "dots": 1, "fingerprint": "f", "version": "1.15"}
     assert results.key(*parts.values()) != results.key(*(parts | change).values())
 
 
@@ -409,6 +444,21 @@ def test_the_fingerprint_is_of_the_code_that_draws(tmp_path: Path, monkeypatch: 
     assert results.fingerprint() == small
     (copy / "ours.py").write_text("changed")
     assert results.fingerprint() != small
+
+
+def test_a_new_version_of_a_program_computes_its_own_pictures_again(
+    two: list[PhotoFile], tmp_path: Path, recorder: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = {"plain": "1.0"}
+    monkeypatch.setattr(programs, "versions", lambda: found)
+    first = run_here(two, tmp_path)
+    assert first.results[0].versions["plain"] == "1.0"
+    recorder.calls.clear()
+    found["plain"] = "1.1"
+    second = run_here(two, tmp_path)
+    assert second.kept == 4
+    assert recorder.calls == [("camera", 7), ("coffee", 7)]
+    assert second.results[2].versions["plain"] == "1.1"
 
 
 def test_a_method_that_fails_is_reported_and_the_rest_goes_on(
@@ -447,11 +497,57 @@ def test_without_a_default_drawing_there_is_no_budget(
     assert outcome.failures[1] == Failure("camera", 64, "dots", "there is no budget, because graphstipple failed on this photo")
 
 
+# The report's words
+
+
+def words(path: Path) -> str:
+    """Return the text of a page."""
+    text = html.unescape(re.sub(r"<[^>]*>", "", path.read_text()))
+    return " ".join(text.replace("\N{MULTIPLICATION SIGN}", "x").split())
+
+
+@pytest.mark.usefixtures("recorder")
+def test_the_report_says_which_photos_are_smaller_than_a_size(two: list[PhotoFile], tmp_path: Path) -> None:
+    write_photo(tmp_path / "coffee.png", "coffee", 80, 60)
+    found = photos.find([tmp_path / "camera.png", tmp_path / "coffee.png"])
+    both = photos.write(photos.decode(found, [64, 72, 90], 48, tmp_path / "out" / report.PICTURES))
+    selection = Selection(("plain",), (), "coordinates")
+    report.write(tmp_path / "out", both, selection, run.run(both, selection, tmp_path / "out", Inline(), lambda *_: None))
+    index = words(tmp_path / "out" / "index.html")
+    for card in (
+        "camera, 64 px 64 x 48",
+        "camera, 72 px 64 x 48, its own size",
+        "coffee, 72 px 72 x 54",
+        "coffee, 90 px 80 x 60, its own",
+    ):
+        assert card in index
+    assert "64 px: quality As the paper" in index
+    assert "72 px: quality 1 of 2 photos is smaller than this and at its own size." in index
+    assert "90 px: quality 2 of 2 photos are smaller than this and at their own size." in index
+
+
+@pytest.mark.usefixtures("recorder")
+def test_the_report_says_whether_sweeps_are_brought_to_the_budget(two: list[PhotoFile], tmp_path: Path) -> None:
+    sweeps = (Sweep("relax", (0,)), Sweep("nodes", (500,)))
+    for budget in (400, "marks"):
+        selection = Selection(("plain",), sweeps, parse_budget(str(budget)))
+        outcome = run.run(two, selection, tmp_path / "out", Inline(), lambda *_: None)
+        report.write(tmp_path / "out", two, selection, outcome)
+        index, protocol = words(tmp_path / "out" / "index.html"), words(tmp_path / "out" / "protocol.html")
+        is_fixed = budget == 400
+        assert ("other values of relax, brought to 400 coordinates; means" in index) == is_fixed
+        assert ("other values of nodes, not brought to the budget, because" in index) == is_fixed
+        assert ("other values of relax; means" in index) != is_fixed
+        assert ("those of sweeps among them" in protocol) == is_fixed
+        written = {result.method: result.counts["coordinates"] for result in outcome.results if result.photo == "camera"}
+        assert (written["relax=0"] == pytest.approx(400, rel=ours.COORDINATES_TOLERANCE)) == is_fixed
+
+
 # Tables
 
 
 def result_of(photo: str, method: str, **metrics: float) -> Result:
-    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, {"a.png": ""}, 1.0, None, {"stipples": 2}, metrics)
+    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, "f", {"a.png": ""}, 1.0, None, {"stipples": 2}, metrics)
 
 
 def test_tables_are_means_with_the_best_of_each_column() -> None:
@@ -505,6 +601,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("arguments", "sentence"),
     [
         (["--methods", "nothing"], "there is no method 'nothing'"),
+        (["--methods", "all,lbg"], "all stands alone"),
         (["--size", "512,big"], "--size is 'big'"),
         (["--size", "160"], "--size is '160', but it must be a whole number of at least 161"),
         (["--budget", "0"], "the budget is '0'"),
@@ -549,10 +646,44 @@ def test_the_command_itself_says_what_is_wrong_in_one_line(folder: Path, tmp_pat
     assert not (tmp_path / "out").exists()
 
 
+def test_a_folder_that_is_no_report_or_cannot_be_written_to_is_refused_and_left_as_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine" / "pictures").mkdir(parents=True)  # a report has such a folder too
+    (tmp_path / "mine" / "photos").mkdir()
+    (tmp_path / "mine" / "photos" / "notes.html").write_text("mine")
+    before = states(tmp_path)
+    # Before photos are looked for: there is none.
+    assert cli.main([str(tmp_path / "none"), "--out", str(tmp_path / "mine")]) == cli.USAGE
+    assert "holds other things than a report" in capsys.readouterr().err
+    assert cli.main([str(tmp_path / "none"), "--out", str(tmp_path / "mine" / "photos" / "notes.html" / "out")]) == cli.USAGE
+    assert "notes.html is a file: give a folder" in capsys.readouterr().err
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path)
+    assert cli.main([str(tmp_path / "none"), "--out", str(tmp_path / "new" / "out")]) == cli.USAGE
+    assert f"{tmp_path} cannot be written to" in capsys.readouterr().err
+    assert states(tmp_path) == before
+    assert not (tmp_path / "new").exists()
+
+
 def test_missing_weights_stop_it_at_once(folder: Path, tmp_path: Path) -> None:
     ended = evaluate(folder, "--out", tmp_path / "out", environment={"GRAPHSTIPPLE_CACHE": str(tmp_path)})
     assert_one_line(ended, cli.USAGE, "python -m graphstipple.metrics fetch")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.usefixtures("weights")
+def test_a_picture_that_fails_is_said_at_the_end_and_in_the_report(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "potrace").write_text("#!/bin/sh\necho it is broken >&2\nexit 3\n")
+    (tmp_path / "potrace").chmod(0o755)
+    path = os.pathsep.join([str(tmp_path), os.environ["PATH"]])
+    ended = evaluate(folder, "--methods", "potrace", "--out", tmp_path / "out", environment={"PATH": path})
+    assert ended.returncode == cli.FAILED
+    assert ended.stdout.startswith("1 picture, 0 of them from before: ")
+    reason = "potrace failed with exit code 3 and said: it is broken"
+    assert ended.stderr.splitlines()[-1] == (
+        f"graphstipple-eval: 1 picture failed, as the report says; for example potrace on astronaut at 512: {reason}"
+    )
+    assert reason in words(tmp_path / "out" / "index.html")
 
 
 def wait_for_result(process: subprocess.Popen[str], out: Path) -> None:
@@ -601,6 +732,7 @@ def test_a_whole_run_and_its_files(folder: Path, tmp_path: Path) -> None:
         for name, value in {**picture["metrics"], "seconds": picture["seconds"]}.items():
             assert float(row[name]) == value
         assert int(row["coordinates"]) == picture["counts"]["coordinates"]
+    assert (tmp_path / "out" / report.MARKER).is_file()
     before = states(tmp_path)
     again = evaluate(*arguments)
     assert again.returncode == cli.DONE

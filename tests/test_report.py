@@ -38,7 +38,8 @@ def report(tmp_path_factory: pytest.TempPathFactory, weights: None) -> Path:
     (folder / "photos").mkdir()
     for name, crop in zip(PHOTOS, ("astronaut", "camera"), strict=True):
         Image.fromarray(support.photo(crop, 200, 190)).save(folder / "photos" / f"{name}.png")
-    arguments = ["photos", "--methods", ",".join(METHODS), "--sweep", f"detail_gain={','.join(map(str, VALUES))}", "--size", "180"]
+    sweep = f"detail_gain={','.join(map(str, VALUES))}"
+    arguments = ["photos", "--methods", ",".join(METHODS), "--sweep", sweep, "--size", "180"]
     command = [sys.executable, "-m", "graphstipple_eval", *arguments, "--out", "report"]
     subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
     return folder / "report"
@@ -187,7 +188,11 @@ def test_the_best_of_a_column_is_bold(report: Path, page: Page, pictures: list[d
 
 def test_quoted_figures_are_marked_and_apart(report: Path, page: Page) -> None:
     page.goto((report / "index.html").as_uri())
-    rows = page.locator("#table-quality-180 tbody.quoted tr:not(.subhead)")
+    assert page.locator("#table-quality-180 .quoted").count() == 0
+    headings = page.locator("#table-quoted-180 thead th")
+    assert headings.all_inner_texts() == ["method", "LPIPS ↓", "PSNR ↑", "MSSIM ↑"]
+    assert page.locator("#table-quoted-180 caption").inner_text().startswith("Quoted from the paper")
+    rows = page.locator("#table-quoted-180 tbody tr")
     assert rows.count() == len(quoted.QUALITY)
     for row, entry in zip(rows.all(), quoted.QUALITY, strict=True):
         assert row.locator(".badge").inner_text() == "quoted"
@@ -228,11 +233,41 @@ def test_a_photo_s_page_shows_each_picture_with_its_own_figures(report: Path, pa
                     assert key == "far_lpips_vgg"
             png = next(file for file in picture["files"] if file.endswith(".png"))
             assert unquote(str(pane.locator("img").get_attribute("src"))) == f"../{png}"
-        for (method, key), text in cells(page, "#table-photo").items():
+        shown_in_tables = cells(page, "#table-quality") | cells(page, "#table-counts")
+        assert {key for _, key in shown_in_tables} == set(numbers(pictures[0]))
+        for (method, key), text in shown_in_tables.items():
             assert_same(text, numbers(own[method])[key], digits(key))
+        for table in ("#table-quality", "#table-counts"):
+            assert page.locator(table).evaluate("table => table.parentElement.scrollWidth <= table.parentElement.clientWidth")
+
+
+@pytest.mark.parametrize("width", [1024, 1280])
+def test_captions_stay_within_their_panes(report: Path, page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    page.goto((report / "photos" / f"{PHOTOS[0]}-180.html").as_uri())
+    page.locator(".controls select").select_option("6")
+    page.locator("details").evaluate_all("all => all.forEach(details => { details.open = true; })")
+    outside = """panes => panes.flatMap(pane => [...pane.querySelectorAll("figcaption *")].filter(part =>
+        part.getBoundingClientRect().right > pane.getBoundingClientRect().right + 0.5).map(part => part.outerHTML))"""
+    assert page.locator(".pane").evaluate_all(outside) == []
+    widths = page.locator(".pane").evaluate_all("panes => panes.map(pane => pane.getBoundingClientRect().width)")
+    assert min(widths) >= 260
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_as_many_columns_as_are_asked_for_where_they_fit(report: Path, page: Page) -> None:
+    page.set_viewport_size({"width": 1920, "height": 900})
+    page.goto((report / "photos" / f"{PHOTOS[0]}-180.html").as_uri())
+    for wanted in range(1, 7):
+        page.locator(".controls select").select_option(str(wanted))
+        tops = page.locator(".pane").evaluate_all("panes => panes.map(pane => pane.getBoundingClientRect().top)")
+        assert tops.count(tops[0]) == wanted
 
 
 # The zoom
+
+REST = 500
+"""Milliseconds after which a page that was scrolled is at rest."""
 
 
 def transforms(page: Page) -> list[list[float]]:
@@ -262,9 +297,10 @@ def viewer(report: Path, page: Page) -> Page:
 
 
 def point_at(page: Page, pane: int, x: float, y: float) -> None:
-    """Move the mouse over a pane, to a place in shares of it."""
+    """Move the mouse over a pane, to a place in shares of it, and wait until the page is at rest."""
     window = page.locator(".window").nth(pane)
     window.scroll_into_view_if_needed()
+    page.wait_for_timeout(REST)
     box = window.bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
@@ -281,7 +317,7 @@ def test_the_wheel_zooms_all_pictures_about_the_mouse(viewer: Page) -> None:
     assert top == pytest.approx(0.25 * (1 - scale), abs=0.01)
     for _ in range(3):
         viewer.mouse.wheel(0, 100)
-    viewer.wait_for_function("document.querySelector('output').textContent == '100 %'")
+    viewer.wait_for_function("!document.querySelector('.viewer').classList.contains('zoomed')")
     assert moved_together(viewer) == pytest.approx([1, 0, 0], abs=1e-3)
 
 
@@ -320,6 +356,58 @@ def test_buttons_and_keys_zoom_and_move(viewer: Page) -> None:
     moved_together(viewer)
     viewer.keyboard.press("0")
     assert moved_together(viewer) == pytest.approx([1, 0, 0], abs=1e-3)
+
+
+def test_one_to_one_shows_a_pixel_of_the_picture_as_a_pixel_of_the_screen(viewer: Page) -> None:
+    viewer.locator(".controls select").select_option("2")
+    box = viewer.locator(".window").first.bounding_box()
+    assert box is not None
+    assert box["width"] > 500  # the picture has 180
+    assert viewer.locator("output").inner_text() == f"{round(100 * box['width'] / 180)} %"
+    viewer.locator('[data-zoom="pixels"]').click()
+    scale, left, top = moved_together(viewer)
+    assert scale * box["width"] == pytest.approx(180, abs=0.01)
+    assert (left, top) == pytest.approx((0, 0), abs=1e-3)
+    assert viewer.locator("output").inner_text() == "100 %"
+    viewer.locator('[data-zoom="out"]').click()
+    assert moved_together(viewer)[0] == pytest.approx(scale)
+    viewer.locator('[data-zoom="reset"]').click()
+    assert moved_together(viewer) == pytest.approx([1, 0, 0], abs=1e-3)
+
+
+def test_the_wheel_scrolls_a_page_that_is_not_at_rest(viewer: Page) -> None:
+    viewer.set_viewport_size({"width": 1280, "height": 500})
+    point_at(viewer, 0, 0.5, 0.5)
+    viewer.mouse.wheel(0, 100)
+    viewer.wait_for_function("scrollY == 100")
+    viewer.mouse.wheel(0, -40)
+    viewer.wait_for_function("scrollY == 60")
+    assert moved_together(viewer)[0] == 1
+    point_at(viewer, 0, 0.4, 0.5)
+    before = viewer.evaluate("scrollY")
+    viewer.mouse.wheel(0, -100)
+    viewer.wait_for_function("document.querySelector('.viewer').classList.contains('zoomed')")
+    assert moved_together(viewer)[0] == pytest.approx(1.5)
+    assert viewer.evaluate("scrollY") == before
+
+
+def test_the_wheel_with_ctrl_zooms_at_any_time(viewer: Page) -> None:
+    viewer.set_viewport_size({"width": 1280, "height": 500})
+    point_at(viewer, 0, 0.5, 0.5)
+    viewer.mouse.wheel(0, 100)
+    viewer.wait_for_function("scrollY == 100")
+    viewer.keyboard.down("Control")
+    viewer.mouse.wheel(0, -100)
+    viewer.keyboard.up("Control")
+    viewer.wait_for_function("document.querySelector('.viewer').classList.contains('zoomed')")
+    assert viewer.evaluate("scrollY") == 100
+
+
+def test_a_finger_scrolls_the_page_over_whole_pictures(viewer: Page) -> None:
+    touch = "window => getComputedStyle(window).touchAction"
+    assert viewer.locator(".window").first.evaluate(touch) == "pan-y"
+    viewer.locator('[data-zoom="in"]').click()
+    assert viewer.locator(".window").first.evaluate(touch) == "none"
 
 
 def test_far_in_every_pane_shows_the_same_pixels_of_its_own_picture(viewer: Page, report: Path) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 import graphstipple as gs
 from graphstipple.metrics import Comparison
-from graphstipple_eval import photos, report, run
+from graphstipple_eval import files, photos, report, run
 from graphstipple_eval.results import Failure, Result
 from graphstipple_eval.selection import Selection, parse_budget, parse_names, parse_sweeps
 
@@ -90,7 +90,9 @@ def _evaluate(arguments: argparse.Namespace) -> int:
     _check_out(root)
     # Without the weights of LPIPS, this fails now and not after the first drawing.
     Comparison(np.zeros((LEAST_SIDE, LEAST_SIDE)))
-    prepared = photos.prepare(photos.find(arguments.photos), sizes, LEAST_SIDE, root / report.PICTURES)
+    decoded = photos.decode(photos.find(arguments.photos), sizes, LEAST_SIDE, root / report.PICTURES)
+    files.write(root / report.MARKER, b"This folder is a report of graphstipple-eval, which writes and deletes files here.\n")
+    prepared = photos.write(decoded)
 
     os.environ.update(run.ONE_THREAD)
     context = multiprocessing.get_context("spawn")
@@ -106,12 +108,16 @@ def _evaluate(arguments: argparse.Namespace) -> int:
             if sys.stderr.isatty():
                 print(file=sys.stderr)
     index = report.write(root, prepared, selection, outcome)
-    print(f"{len(outcome.results)} pictures, {outcome.kept} of them from before: {index}")
+    print(f"{_pictures(len(outcome.results))}, {outcome.kept} of them from before: {index}")
     if outcome.failures:
         first = outcome.failures[0]
         example = f"{first.method} on {first.photo} at {first.size}: {first.reason}"
-        return _ended(FAILED, f"{len(outcome.failures)} pictures failed, as the report says; the first is {example}")
+        return _ended(FAILED, f"{_pictures(len(outcome.failures))} failed, as the report says; for example {example}")
     return DONE
+
+
+def _pictures(count: int) -> str:
+    return "1 picture" if count == 1 else f"{count} pictures"
 
 
 def _whole(name: str, text: str, least: int) -> int:
@@ -121,10 +127,13 @@ def _whole(name: str, text: str, least: int) -> int:
 
 
 def _check_out(root: Path) -> None:
-    """Refuse to spread a report over a folder of other things."""
-    if root.exists() and not root.is_dir():
-        raise gs.InvalidInputError(f"--out is {root}, but that is a file: give a folder")
-    if root.is_dir() and any(root.iterdir()) and not (root / report.PICTURES).is_dir():
+    """Refuse to spread a report over a folder of other things, or where nothing can be written."""
+    there = next(path for path in (root.absolute(), *root.absolute().parents) if path.exists())
+    if not there.is_dir():
+        raise gs.InvalidInputError(f"--out is {root}, but {there} is a file: give a folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise gs.InvalidInputError(f"--out is {root}, but {there} cannot be written to: give another folder")
+    if root.is_dir() and any(root.iterdir()) and not (root / report.MARKER).is_file():
         raise gs.InvalidInputError(f"--out is {root}, but that folder holds other things than a report: give another one")
 
 

@@ -8,7 +8,8 @@ same number of nodes. The ablations change one thing in `paper` and keep its nod
 - no relaxation: `relax=0`;
 - alpha = 1: `alpha=1` where the tone is diffused; the importance is diffused as before, so the nodes are the same.
 
-With a fixed budget of coordinates, each of these methods is drawn with other numbers of nodes until it writes so many.
+With a fixed budget of coordinates, each of these methods, and each value of a sweep, is drawn with other numbers of nodes until it
+writes so many; sweeps over the number of nodes are not.
 """
 
 from __future__ import annotations
@@ -60,10 +61,13 @@ class _Variant:
 _VARIANTS = (
     _Variant(DEFAULT, "graphstipple, defaults", "graphstipple", _default),
     _Variant(PAPER, "graphstipple, paper's settings", "Graph-based Black and White Stylization, 2026", _paper),
-    _Variant("paper-constant-importance", "constant importance", "the paper's ablation", _paper, importance="constant:1"),
-    _Variant("paper-no-relaxation", "no relaxation", "the paper's ablation", _paper, {"relax": 0}),
-    _Variant("paper-alpha-1", "alpha = 1", "the paper's ablation", _paper, {"alpha": 1.0}),
+    _Variant("paper-constant-importance", "paper, constant importance", "the paper's ablation", _paper, importance="constant:1"),
+    _Variant("paper-no-relaxation", "paper, no relaxation", "the paper's ablation", _paper, {"relax": 0}),
+    _Variant("paper-alpha-1", "paper, alpha = 1", "the paper's ablation", _paper, {"alpha": 1.0}),
 )
+
+SETS_NODES = ("nodes", "nodes_per_pixel")
+"""Options that say how many nodes there are: a sweep over one of them cannot be brought to a budget."""
 
 ABLATIONS = ("paper-constant-importance", "paper-no-relaxation", "paper-alpha-1")
 """Names of the ablations of `paper`, in the order of the paper's Table 5."""
@@ -77,16 +81,12 @@ def methods(coordinates: int | None) -> tuple[Method, ...]:
     coordinates : int, optional
         Coordinates that every drawing is to write; by default the drawings are as their options make them.
     """
-    return tuple(
-        Method(
-            variant.name,
-            variant.title,
-            variant.source,
-            partial(_draw if coordinates is None else _draw_at_budget, variant),
-            is_budgeted=coordinates is not None,
-        )
-        for variant in _VARIANTS
-    )
+    return tuple(_method(variant, coordinates is not None) for variant in _VARIANTS)
+
+
+def _method(variant: _Variant, is_budgeted: bool) -> Method:
+    draw = partial(_draw_at_budget if is_budgeted else _draw, variant)
+    return Method(variant.name, variant.title, variant.source, draw, is_budgeted)
 
 
 @dataclass(frozen=True)
@@ -124,13 +124,21 @@ class Sweep:
             raise gs.InvalidInputError(f"the sweep {text!r} has a value twice")
         return cls(option, checked)
 
-    def methods(self) -> tuple[Method, ...]:
-        """Return one method a value, named `OPTION=VALUE`."""
+    def methods(self, coordinates: int | None) -> tuple[Method, ...]:
+        """Return one method a value, named `OPTION=VALUE`.
+
+        Parameters
+        ----------
+        coordinates : int, optional
+            Coordinates that every drawing is to write, unless the option says how many nodes there are; by default the drawings
+            are as their options make them.
+        """
+        is_budgeted = coordinates is not None and self.option not in SETS_NODES
         made = []
         for value in self.values:
             short = str(value).removesuffix(".0")
             variant = _Variant(f"{self.option}={short}", f"{self.option} = {short}", "graphstipple", _default, {self.option: value})
-            made.append(Method(variant.name, variant.title, variant.source, partial(_draw, variant)))
+            made.append(_method(variant, is_budgeted))
         return tuple(made)
 
 

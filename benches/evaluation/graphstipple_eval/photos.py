@@ -66,7 +66,7 @@ def find(places: Sequence[Path]) -> list[Path]:
     Raises
     ------
     InvalidInputError
-        If a place does not exist, a folder has no photo, or two photos have one name.
+        If a place does not exist, a folder has no photo, two photos have one name, or a name is not UTF-8.
     """
     found: dict[Path, None] = {}
     for place in places:
@@ -81,6 +81,10 @@ def find(places: Sequence[Path]) -> list[Path]:
             raise gs.InvalidInputError(f"{place} does not exist: give folders of photos, or photos")
     by_name: dict[str, Path] = {}
     for path in found:
+        try:
+            path.name.encode()
+        except UnicodeEncodeError:
+            raise gs.InvalidInputError(f"the name of the photo {path.name!r} is not UTF-8: rename it") from None
         # Folders and pages are named after photos, and some file systems do not tell upper from lower case.
         other = by_name.setdefault(path.stem.casefold(), path)
         if other != path:
@@ -98,8 +102,8 @@ def reduced(luma: npt.NDArray[np.float32], size: int) -> npt.NDArray[np.uint8]:
     return np.round(np.clip(luma, 0, 1) * 255).astype(np.uint8)
 
 
-def prepare(paths: Sequence[Path], sizes: Sequence[int], least_side: int, folder: Path) -> list[PhotoFile]:
-    """Write every photo at every size to `folder/NAME-SIZE/photo.png`, once all of them have been read.
+def decode(paths: Sequence[Path], sizes: Sequence[int], least_side: int, folder: Path) -> list[tuple[PhotoFile, bytes]]:
+    """Read every photo and reduce it to every size, for `write` to write it to `folder/NAME-SIZE/photo.png`.
 
     Parameters
     ----------
@@ -114,32 +118,49 @@ def prepare(paths: Sequence[Path], sizes: Sequence[int], least_side: int, folder
 
     Returns
     -------
-    list of PhotoFile
-        Size by size, in the order of `paths`.
+    list of (PhotoFile, bytes)
+        The photos and the contents of their files; size by size, in the order of `paths`.
 
     Raises
     ------
     InvalidInputError
-        If a photo has a side below `least_side` at a size.
-    ImageFileError
-        If a file cannot be read as an image.
+        If there are photos that cannot be read, or have a side below `least_side` at a size; it names all of them.
     """
-    prepared: dict[tuple[int, Path], tuple[PhotoFile, bytes]] = {}
+    decoded: dict[tuple[int, Path], tuple[PhotoFile, bytes]] = {}
+    refused: list[str] = []
     for path in paths:
-        luma = gs.stages.tone(path)
-        original = files.checksum(path.read_bytes())
+        try:
+            luma = gs.stages.tone(path)
+            original = files.checksum(path.read_bytes())
+        except (gs.GraphStippleError, OSError) as error:
+            refused.append(str(error))
+            continue
         for size in sizes:
             pixels = reduced(luma, size)
             height, width = pixels.shape
             if min(height, width) < least_side:
-                raise gs.InvalidInputError(
+                refused.append(
                     f"{path} is {width} x {height} pixels at size {size}, but the metrics need at least {least_side} a side"
                 )
+                break
             target = folder / f"{path.stem}-{size}" / "photo.png"
-            prepared[size, path] = (PhotoFile(path.stem, original, size, width, height, target), png(pixels))
-    for photo, content in prepared.values():
+            decoded[size, path] = (PhotoFile(path.stem, original, size, width, height, target), png(pixels))
+    if refused:
+        raise gs.InvalidInputError("; ".join(refused))
+    return [decoded[size, path] for size in sizes for path in paths]
+
+
+def write(decoded: Sequence[tuple[PhotoFile, bytes]]) -> list[PhotoFile]:
+    """Write the photos that `decode` read, and return them.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    for photo, content in decoded:
         files.write(photo.path, content)
-    return [prepared[size, path][0] for size in sizes for path in paths]
+    return [photo for photo, _ in decoded]
 
 
 def png(pixels: npt.NDArray[np.uint8]) -> bytes:

@@ -6,6 +6,7 @@ photos/NAME-SIZE.html   the pictures of a photo side by side
 plots/                  scatter plots
 pictures/NAME-SIZE/     the photo, and the files of its pictures
 results.json, results.csv
+.graphstipple-eval      says that the folder is a report
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ from graphstipple_eval.selection import Selection
 
 PICTURES = "pictures"
 """Folder of the photos and pictures."""
+
+MARKER = ".graphstipple-eval"
+"""The file that is written first: in a folder without it, nothing is overwritten or deleted."""
 
 STATIC = ("style.css", "script.js")
 
@@ -92,8 +96,8 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
     methods = selection.compared
     shared = {
         "budget": _budget(selection),
-        "ablations_at": "at equal coordinates" if isinstance(selection.budget, int) else "at equal numbers of nodes",
-        "is_fixed": isinstance(selection.budget, int),
+        "ablations_at": "at equal coordinates" if selection.coordinates else "at equal numbers of nodes",
+        "is_fixed": selection.coordinates is not None,
         "missing": selection.missing,
         "ours": [method.name for method in methods if _is_ours(method)],
         "versions": results.versions(),
@@ -109,9 +113,12 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
     for size, group in groupby(outcome.results, lambda result: result.size):
         made = list(group)
         drawn = tables.compared(methods)
+        here = [photo for photo in photos if photo.size == size]
         sections.append(
             {
                 "size": size,
+                "photos": len(here),
+                "smaller": sum(_is_smaller(photo) for photo in here),
                 "quality": tables.table(drawn, made, tables.QUALITY),
                 "counts": tables.table(drawn, made, tables.COUNTS),
                 "ablations": tables.table(tables.ablated(methods), made, tables.QUALITY),
@@ -125,7 +132,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
         up="",
         compared=tables.compared(methods),
         sections=sections,
-        sweeps=[_sweep(sweep, outcome.results) for sweep in selection.sweeps],
+        sweeps=[_sweep(sweep, selection.coordinates, outcome.results) for sweep in selection.sweeps],
         pages=pages,
         failures=outcome.failures,
     )
@@ -144,7 +151,8 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
             before=pages[index - 1] if index else None,
             after=pages[index + 1] if index + 1 < len(pages) else None,
             panes=_panes(photo, everything, made, root),
-            table=tables.table(everything, made, tables.QUALITY + tables.COUNTS),
+            quality=tables.table(everything, made, tables.QUALITY),
+            counts=tables.table(everything, made, tables.COUNTS),
             failures=[failure for failure in outcome.failures if (failure.photo, failure.size) == (photo.name, photo.size)],
         )
 
@@ -171,7 +179,7 @@ def _environment() -> jinja2.Environment:
 def _budget(selection: Selection) -> str:
     """Return a sentence that states the budget."""
     if isinstance(selection.budget, int):
-        return f"Stippling methods draw {selection.budget:,} dots, and our own drawings write as many coordinates."
+        return f"Stippling methods draw {selection.budget:,} dots, and our own drawings are brought to as many coordinates."
     what = {"coordinates": "writes coordinate pairs", "marks": "has marks, stipples and regions together"}[selection.budget]
     return f"Stippling methods draw as many dots as the default drawing of the same photo {what}."
 
@@ -183,6 +191,11 @@ def _is_ours(method: Method) -> bool:
 def _function(method: Method) -> Any:
     """Return the function that draws, without arguments that are bound to it."""
     return method.draw.func if isinstance(method.draw, functools.partial) else method.draw
+
+
+def _is_smaller(photo: PhotoFile) -> bool:
+    """Return whether a photo is smaller than the size, so that it is at its own."""
+    return max(photo.width, photo.height) < photo.size
 
 
 def _of(photo: PhotoFile, made: Sequence[Result]) -> list[Result]:
@@ -246,7 +259,7 @@ def _page(photo: PhotoFile, made: Sequence[Result], root: Path) -> dict[str, Any
         "size": photo.size,
         "width": photo.width,
         "height": photo.height,
-        "is_smaller": max(photo.width, photo.height) < photo.size,
+        "is_smaller": _is_smaller(photo),
         "label": f"{photo.name}, {photo.size} px",
         "file": file,
         "href": f"photos/{file}",
@@ -286,9 +299,9 @@ def _panes(photo: PhotoFile, methods: Sequence[Method], made: Sequence[Result], 
     return panes
 
 
-def _sweep(sweep: ours.Sweep, made: Sequence[Result]) -> dict[str, Any]:
+def _sweep(sweep: ours.Sweep, coordinates: int | None, made: Sequence[Result]) -> dict[str, Any]:
     """Return a sweep's tables and strips, size by size."""
-    methods = {method.name: method for method in sweep.methods()}
+    methods = {method.name: method for method in sweep.methods(coordinates)}
     parts = []
     for size, group in groupby((r for r in made if r.method in methods), lambda result: result.size):
         here = list(group)
@@ -299,8 +312,9 @@ def _sweep(sweep: ours.Sweep, made: Sequence[Result]) -> dict[str, Any]:
             }
             for photo, row in groupby(here, lambda result: result.photo)
         ]
-        parts.append({"size": size, "table": tables.swept(sweep, here), "strips": strips})
-    return {"option": sweep.option, "parts": parts}
+        parts.append({"size": size, "table": tables.table(list(methods.values()), here, tables.SWEEP), "strips": strips})
+    is_budgeted = any(method.is_budgeted for method in methods.values())
+    return {"option": sweep.option, "coordinates": coordinates if is_budgeted else None, "parts": parts}
 
 
 def _readings(methods: Sequence[Method]) -> list[dict[str, Any]]:

@@ -16,6 +16,7 @@ from pathlib import Path
 import graphstipple as gs
 import graphstipple_eval
 from graphstipple_eval import files
+from graphstipple_eval.baselines import programs
 
 KEY_LENGTH = 16
 """Hexadecimal digits of a key: 64 bits, so that no two pictures meet by chance, in names that can still be read."""
@@ -23,7 +24,7 @@ KEY_LENGTH = 16
 NOT_METHODS = ("__main__.py", "cli.py", "plots.py", "quoted.py", "report.py", "run.py", "tables.py")
 """Modules of the evaluation that cannot change a picture or its metrics."""
 
-PACKAGES = ("numpy", "opencv-contrib-python-headless", "pillow", "resvg-py", "scikit-image", "scipy", "vtracer")
+PACKAGES = ("numpy", "opencv-contrib-python-headless", "pillow", "resvg-py", "scikit-image", "scipy")
 """Packages that pictures and metrics may depend on."""
 
 
@@ -46,7 +47,9 @@ class Result:
     settings : dict
         Options, seeds and the like, as the method tells them.
     versions : dict
-        Versions of the packages that were used.
+        Versions of the packages and programs, as `versions` gives them.
+    code : str
+        The `fingerprint` of the code.
     files : dict
         SHA-256 of the picture's files, by their place in the report's folder: the PNG, and the SVG where there is one.
     seconds : float
@@ -69,6 +72,7 @@ class Result:
     dots: int | None
     settings: dict[str, object]
     versions: dict[str, str]
+    code: str
     files: dict[str, str]
     seconds: float
     svg_bytes: int | None
@@ -113,7 +117,11 @@ class Failure:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of graphstipple, of the evaluation and of `PACKAGES`, as far as they are installed."""
+    """Return the versions of graphstipple, of the evaluation, of `PACKAGES` and of the programs, as far as they are installed."""
+    return {**_package_versions(), **programs.versions()}
+
+
+def _package_versions() -> dict[str, str]:
     found = {"graphstipple": gs.__version__, "graphstipple-eval": graphstipple_eval.__version__}
     for name in PACKAGES:
         try:
@@ -124,12 +132,15 @@ def versions() -> dict[str, str]:
 
 
 def fingerprint() -> str:
-    """Return a checksum of the code that makes pictures and measures them: both packages, the compiled core, versions."""
+    """Return a checksum of the code that makes pictures and measures them: both packages, the compiled core, versions.
+
+    The versions of programs are not in it: each is in the keys of its own pictures alone.
+    """
     package, evaluation = Path(gs.__file__).parent, Path(graphstipple_eval.__file__).parent
     paths = [path for path in package.rglob("*") if path.suffix in {".py", ".so", ".pyd"}]
     paths += [path for path in evaluation.rglob("*.py") if path.relative_to(evaluation).as_posix() not in NOT_METHODS]
     sums = [files.checksum(path.read_bytes()) for path in sorted(paths)]
-    return files.checksum(json.dumps([sums, versions()]).encode())
+    return files.checksum(json.dumps([sums, _package_versions()]).encode())
 
 
 def key(*parts: str | int | None) -> str:

@@ -27,6 +27,7 @@ from PIL import Image
 import graphstipple as gs
 from graphstipple.metrics import Comparison
 from graphstipple_eval import files, ours, results
+from graphstipple_eval.baselines import programs
 from graphstipple_eval.method import Method, Photo, Picture
 from graphstipple_eval.photos import PhotoFile, png
 from graphstipple_eval.results import Failure, Result
@@ -48,6 +49,8 @@ class Task:
         Name of the method.
     dots : int
         The budget.
+    code : str
+        The fingerprint of the code.
     key : str
         The result's key.
     """
@@ -55,6 +58,7 @@ class Task:
     photo: PhotoFile
     method: str
     dots: int
+    code: str
     key: str
 
     @property
@@ -100,7 +104,7 @@ def run(photos: Sequence[PhotoFile], selection: Selection, root: Path, executor:
         If a file cannot be written.
     """
     methods = selection.all()
-    fingerprint = results.fingerprint()
+    fingerprint, versions = results.fingerprint(), programs.versions()
     done: dict[tuple[PhotoFile, str], Result | Failure] = {}
     kept = 0
 
@@ -123,7 +127,8 @@ def run(photos: Sequence[PhotoFile], selection: Selection, root: Path, executor:
 
     def task(photo: PhotoFile, method: Method, dots: int) -> Task:
         wanted = dots if method.is_budgeted else None
-        return Task(photo, method.name, dots, results.key(photo.checksum, photo.size, method.name, wanted, fingerprint))
+        key = results.key(photo.checksum, photo.size, method.name, wanted, fingerprint, versions.get(method.name))
+        return Task(photo, method.name, dots, fingerprint, key)
 
     work([task(photo, methods[ours.DEFAULT], selection.dots(None) or 0) for photo in photos])
     others = []
@@ -199,6 +204,7 @@ def make(task: Task, selection: Selection, root: Path) -> Result | Failure:
         dots=task.dots if method.is_budgeted else None,
         settings=picture.settings,
         versions=results.versions(),
+        code=task.code,
         files={path.relative_to(root).as_posix(): files.checksum(content) for path, content in contents.items()},
         seconds=seconds,
         svg_bytes=None if picture.svg is None else len(picture.svg.encode()),

@@ -26,7 +26,7 @@ class Selection:
     sweeps : tuple of Sweep
         Sweeps over options.
     budget : "coordinates", "marks" or int
-        How many dots stippling methods draw. A number is also how many coordinates our methods write.
+        How many dots stippling methods draw. A number is also how many coordinates our own drawings write.
 
     Raises
     ------
@@ -50,8 +50,13 @@ class Selection:
             raise gs.InvalidInputError("two sweeps are over one option: give all its values in one")
 
     @property
+    def coordinates(self) -> int | None:
+        """How many coordinates our own drawings write; None if they are as their options make them."""
+        return self.budget if isinstance(self.budget, int) else None
+
+    @property
     def _known(self) -> tuple[Method, ...]:
-        return ours.methods(self.budget if isinstance(self.budget, int) else None) + baselines.METHODS
+        return ours.methods(self.coordinates) + baselines.METHODS
 
     @property
     def compared(self) -> tuple[Method, ...]:
@@ -62,7 +67,7 @@ class Selection:
 
     def all(self) -> dict[str, Method]:
         """Return the methods by name, one for every value of a sweep among them."""
-        swept = [method for sweep in self.sweeps for method in sweep.methods()]
+        swept = [method for sweep in self.sweeps for method in sweep.methods(self.coordinates)]
         return {method.name: method for method in [*self.compared, *swept]}
 
     @property
@@ -88,8 +93,19 @@ class Selection:
 
 
 def parse_names(text: str) -> tuple[str, ...] | None:
-    """Read `all` or names with commas between them."""
-    return None if text == "all" else tuple(dict.fromkeys(text.split(",")))
+    """Read `all` or names with commas between them.
+
+    Raises
+    ------
+    InvalidInputError
+        If `all` is one of several names.
+    """
+    names = tuple(dict.fromkeys(text.split(",")))
+    if names == ("all",):
+        return None
+    if "all" in names:
+        raise gs.InvalidInputError(f"the methods are {text!r}, but all stands alone: give all, or names without it")
+    return names
 
 
 def parse_budget(text: str) -> Budget:

@@ -9,7 +9,6 @@ from typing import Literal
 
 from graphstipple_eval import ours, quoted
 from graphstipple_eval.method import Method
-from graphstipple_eval.ours import Sweep
 from graphstipple_eval.results import Result
 
 
@@ -184,8 +183,3 @@ def ablated(methods: Sequence[Method]) -> list[Method]:
     if not by_name.keys() & set(ours.ABLATIONS):
         return []
     return [by_name[name] for name in quoted.ABLATIONS if name in by_name]
-
-
-def swept(sweep: Sweep, results: Sequence[Result]) -> Table:
-    """Return a sweep's table, a row a value."""
-    return table(sweep.methods(), results, SWEEP)

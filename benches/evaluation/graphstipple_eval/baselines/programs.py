@@ -23,6 +23,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -84,6 +86,34 @@ def run(command: list[str], stdin: bytes = b"") -> bytes:
     return done.stdout
 
 
+@cache
+def program_version(program: str) -> str:
+    """Return the version of a program: the second word of what it says of itself.
+
+    Raises
+    ------
+    GraphStippleError
+        If it fails or says no such thing.
+    """
+    words = run([program, "--version"]).decode(errors="replace").split()
+    if len(words) < 2:
+        raise GraphStippleError(f"{Path(program).name} does not tell its version")
+    return words[1].rstrip(".")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the programs that are installed, by the names of their methods; each is asked once a process."""
+    found = {}
+    for name in ("potrace", "inksep"):
+        program = find_program(name)
+        if program is not None:
+            with suppress(GraphStippleError):  # it will fail in the same way when it is to draw
+                found[name] = program_version(program)
+    if importlib.util.find_spec("vtracer"):
+        found["vtracer"] = importlib.metadata.version("vtracer")
+    return found
+
+
 def needs_program(name: str, how: str) -> str | None:
     """Return None if a program is installed, or the sentence that says how to install it."""
     return None if find_program(name) else f"{name} is not installed: {how}"
@@ -121,8 +151,7 @@ def trace_by_potrace(photo: Photo, dots: int) -> Picture:
     bitmap = io.BytesIO()
     Image.fromarray(white).save(bitmap, "PPM")
     svg = run([program, "--svg", "--output", "-", "-"], bitmap.getvalue()).decode()
-    version = run([program, "--version"]).decode().split()[1].rstrip(".")
-    return traced(svg, photo, {"version": version, "threshold": threshold})
+    return traced(svg, photo, {"version": program_version(program), "threshold": threshold})
 
 
 def trace_by_vtracer(photo: Photo, dots: int) -> Picture:
@@ -170,8 +199,8 @@ def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
     circles = list(ElementTree.fromstring(svg).iter(f"{SVG_NAMESPACE}circle"))
     marks = np.array([[float(circle.get(name, "0")) for name in ("cx", "cy", "r")] for circle in circles]).reshape(-1, 3)
     found = Dots(marks[:, :2], marks[:, 2], np.full(len(marks), BLACK, np.uint8))
-    version = run([program, "--version"]).decode().split()[1]
-    drawing = picture(found, width, height, {"version": version, **{name[2:]: value for name, value in options.items()}})
+    settings = {"version": program_version(program), **{name[2:]: value for name, value in options.items()}}
+    drawing = picture(found, width, height, settings)
     return Picture(drawing.raster, drawing.counts, svg, drawing.settings)
 
 

@@ -32,26 +32,31 @@ if (viewer) {
   const MOST = 64; // scale at which a pixel of a small photo fills a good part of its pane
   const STEP = 1.5;
   const first = viewer.querySelector(".window");
-  const image = first.querySelector("img");
+  const naturalWidth = Number(first.querySelector("img").getAttribute("width")); // known before the picture is there
   const output = document.querySelector(".controls output");
   const view = { scale: 1, x: 0, y: 0 };
 
   const clamp = (value, least, most) => Math.min(most, Math.max(least, value));
 
+  // At scale 1 a picture fills its pane; at this one, each of its pixels is a pixel of the screen.
+  const pixelScale = () => naturalWidth / first.getBoundingClientRect().width / devicePixelRatio;
+  const least = () => Math.min(1, pixelScale());
+
   function show() {
-    view.scale = clamp(view.scale, 1, MOST);
-    view.x = clamp(view.x, 1 - view.scale, 0);
-    view.y = clamp(view.y, 1 - view.scale, 0);
+    view.scale = clamp(view.scale, least(), MOST);
+    view.x = clamp(view.x, Math.min(1 - view.scale, 0), 0);
+    view.y = clamp(view.y, Math.min(1 - view.scale, 0), 0);
     for (const name of ["scale", "x", "y"]) {
       viewer.style.setProperty(`--${name}`, view[name]);
     }
-    viewer.classList.toggle("pixelated", (view.scale * first.clientWidth) / image.naturalWidth >= 2);
-    output.textContent = `${Math.round(view.scale * 100)} %`;
+    viewer.classList.toggle("zoomed", view.scale > 1);
+    viewer.classList.toggle("pixelated", (view.scale * first.clientWidth) / naturalWidth >= 2);
+    output.textContent = `${Math.round((view.scale / pixelScale()) * 100)} %`;
   }
 
   // Zooms about a point, given in shares of the pane.
-  function zoom(factor, x = 0.5, y = 0.5) {
-    const scale = clamp(view.scale * factor, 1, MOST);
+  function zoom(wanted, x = 0.5, y = 0.5) {
+    const scale = clamp(wanted, least(), MOST);
     view.x = x - ((x - view.x) * scale) / view.scale;
     view.y = y - ((y - view.y) * scale) / view.scale;
     view.scale = scale;
@@ -65,10 +70,10 @@ if (viewer) {
   }
 
   const actions = {
-    in: () => zoom(STEP),
-    out: () => zoom(1 / STEP),
-    reset: () => zoom(1 / view.scale),
-    pixels: () => zoom(image.naturalWidth / first.clientWidth / devicePixelRatio / view.scale),
+    in: () => zoom(view.scale * STEP),
+    out: () => zoom(view.scale / STEP),
+    reset: () => zoom(1),
+    pixels: () => zoom(pixelScale()),
   };
 
   const share = (event) => {
@@ -76,20 +81,30 @@ if (viewer) {
     return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
   };
 
+  // The wheel scrolls the page: it zooms with Ctrl, in a picture that is zoomed already, or up when the page was at rest.
+  const REST = 400; // milliseconds: longer than between two steps of a wheel that is being turned
+  let scrolled = -REST;
+  document.addEventListener("scroll", () => {
+    scrolled = performance.now();
+  });
+  // An event that belongs to a scroll of the browser's own cannot be cancelled.
+  const zooms = (event) =>
+    event.cancelable && (event.ctrlKey || view.scale > 1 || (event.deltaY < 0 && performance.now() - scrolled >= REST));
+
   for (const pane of viewer.querySelectorAll(".window")) {
     pane.addEventListener(
       "wheel",
       (event) => {
-        // The whole picture cannot get smaller: the page scrolls on.
-        if (view.scale === 1 && event.deltaY > 0) {
-          return;
+        if (zooms(event)) {
+          event.preventDefault();
+          const wanted = view.scale * STEP ** clamp(-event.deltaY / 100, -1, 1);
+          // Where the pictures fill their panes, the wheel stops.
+          zoom(view.scale > 1 ? Math.max(1, wanted) : wanted, ...share(event));
         }
-        event.preventDefault();
-        zoom(STEP ** clamp(-event.deltaY / 100, -1, 1), ...share(event));
       },
       { passive: false },
     );
-    pane.addEventListener("dblclick", (event) => zoom(STEP * STEP, ...share(event)));
+    pane.addEventListener("dblclick", (event) => zoom(view.scale * STEP * STEP, ...share(event)));
     let last = null;
     pane.addEventListener("pointerdown", (event) => {
       pane.setPointerCapture(event.pointerId);
@@ -128,7 +143,7 @@ if (viewer) {
   };
   document.addEventListener("keydown", (event) => {
     const isArrow = event.key.startsWith("Arrow");
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select") || (isArrow && view.scale === 1)) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select") || (isArrow && view.scale <= 1)) {
       return;
     }
     if (event.key in keys) {
