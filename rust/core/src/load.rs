@@ -414,6 +414,22 @@ struct Edge {
     curve: usize,
 }
 
+impl Edge {
+    /// Where the edge, which is not level, is at a height.
+    fn x_at(&self, y: f64) -> f64 {
+        self.from[0] + (y - self.from[1]) * (self.to[0] - self.from[0]) / (self.to[1] - self.from[1])
+    }
+
+    /// Whether the edge lies to the right of another at the heights that both span. They may meet at one end of these heights but
+    /// do not cross, so their middle decides.
+    fn is_right_of(&self, other: Self) -> bool {
+        let top = self.from[1].min(self.to[1]).max(other.from[1].min(other.to[1]));
+        let bottom = self.from[1].max(self.to[1]).min(other.from[1].max(other.to[1]));
+        let y = 0.5 * (top + bottom);
+        self.x_at(y) > other.x_at(y)
+    }
+}
+
 /// Both sides of every curve, joined where nothing lies between them.
 struct Sides {
     /// A forest: every side points to one of its component.
@@ -489,28 +505,22 @@ impl Sides {
     /// The side that lies at a point, seen to the left of it; edges of the curve `own` are looked through.
     fn at_left_of(&mut self, p: Point, own: Option<usize>) -> usize {
         let row = (p.y.max(0.0) as usize).min(self.rows.len() - 1);
-        // The nearest by where it is at that height and, of two that meet there, by where it goes just below.
-        let mut nearest: Option<((f64, f64), usize)> = None;
+        let mut nearest: Option<Edge> = None;
         for edge in self.rows[row].iter().filter(|edge| Some(edge.curve) != own) {
-            let ([x0, y0], [x1, y1]) = (edge.from, edge.to);
-            if (y0 <= p.y) == (y1 <= p.y) {
-                continue;
-            }
-            let slope = (x1 - x0) / (y1 - y0);
-            let x = if p.y == y1 { x1 } else { x0 + (p.y - y0) * slope };
-            if x < p.x && nearest.is_none_or(|(best, _)| (x, slope) > best) {
-                // A curve that goes up has its left, the black side, on the right.
-                nearest = Some(((x, slope), if y1 < y0 { black_side(edge.curve) } else { white_side(edge.curve) }));
+            let spans = (edge.from[1] <= p.y) != (edge.to[1] <= p.y);
+            if spans && edge.x_at(p.y) < p.x && nearest.is_none_or(|best| edge.is_right_of(best)) {
+                nearest = Some(*edge);
             }
         }
-        if let Some((_, side)) = nearest {
-            return side;
+        if let Some(edge) = nearest {
+            // A curve that goes up has its left, the black side, on the right.
+            return if edge.to[1] < edge.from[1] { black_side(edge.curve) } else { white_side(edge.curve) };
         }
         if self.ends.is_empty() {
             return self.ground;
         }
         let position = self.frame.position(Point::new(0.0, p.y));
-        // Just below, as above: the frame runs upwards here.
+        // Just below, since an edge spans its top and not its bottom: the frame runs upwards here.
         let behind = self.ends.partition_point(|end| end.position < position);
         self.around((behind + self.ends.len() - 1) % self.ends.len())[1]
     }
@@ -530,5 +540,21 @@ impl Sides {
             ids[side] = ids[root];
         }
         (inks, ids)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_edges_that_meet_the_middle_of_their_common_heights_decides() {
+        let edge = |from, to| Edge { from, to, curve: 0 };
+        // Both end in (1, 1), just below the height that is asked for: there they cannot be told apart.
+        let (left, right) = (edge([0.0, 0.0], [1.0, 1.0]), edge([1.0, 1.0], [2.0, 0.0]));
+        assert!(right.is_right_of(left) && !left.is_right_of(right));
+        // Both begin there.
+        let (left, right) = (edge([1.0, 1.0], [0.0, 2.0]), edge([9.0, 2.0], [1.0, 1.0]));
+        assert!(right.is_right_of(left) && !left.is_right_of(right));
     }
 }
