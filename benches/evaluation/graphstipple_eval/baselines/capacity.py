@@ -124,6 +124,8 @@ def stipple(photo: Photo, dots: int) -> Picture:
         points = draw_points(darkness, count * CAPACITY, generator).reshape(count, CAPACITY, 2)
         _, sites, sweeps = settle(points, generator)
     settings: dict[str, object] = {"seed": SEED, "most_dots": MOST_DOTS, "capacity": CAPACITY, "sweeps": sweeps}
+    if count < dots:
+        settings["note"] = f"{count:,} dots instead of {dots:,}: more take too long"
     return picture(equal_black_dots(sites, ink), width, height, settings)
 
 

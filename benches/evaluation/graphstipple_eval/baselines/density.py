@@ -19,7 +19,8 @@ MOST_SAMPLES_PER_PIXEL = 4
 """Samples along one axis of a pixel, at most: within cells smaller than a pixel the photo says nothing more."""
 
 MOST_SAMPLES = 1 << 23
-"""Samples of a grid, at most, unless there are more pixels: half a gigabyte while cells are measured."""
+"""Samples of a grid, at most, unless there are more pixels: 200 MB while cells are measured, and time. At 1024 x 1024 px,
+twice as many change the far PSNR of a multi-class picture by less than 0.1 dB."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,28 @@ class Cells:
     centroids: npt.NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Runs:
+    """Samples by owner: every row of samples is cut wherever the owner changes.
+
+    Parameters
+    ----------
+    owners : (m,) array of intp
+        The number of the site that owns a run.
+    rows, begins, ends : (m,) array of intp
+        Where it lies: in a row of samples, from a column to before another.
+    """
+
+    owners: npt.NDArray[np.intp]
+    rows: npt.NDArray[np.intp]
+    begins: npt.NDArray[np.intp]
+    ends: npt.NDArray[np.intp]
+
+    def sum(self, values: npt.NDArray[np.floating[Any]] | npt.NDArray[np.intp], count: int) -> npt.NDArray[np.float64]:
+        """Return the sums of the runs' values, (m,), for each of `count` owners; other owners' are left out."""
+        return np.bincount(self.owners, values, count)[:count].astype(np.float64)
+
+
 class Density:
     """A density over the canvas, constant within every pixel.
 
@@ -48,52 +71,61 @@ class Density:
     ----------
     values : (height, width) array
         Mass a px^2, at least 0.
-    sites : int
+    expected_sites : int
         How many sites its cells are measured for, roughly: it chooses the grid of samples.
     """
 
-    def __init__(self, values: npt.NDArray[np.floating[Any]], sites: int) -> None:
+    def __init__(self, values: npt.NDArray[np.floating[Any]], expected_sites: int) -> None:
         self.height, self.width = values.shape
         pixels = values.astype(np.float64)
         self.total = float(pixels.sum())
-        wanted = math.ceil(math.sqrt(SAMPLES_PER_SITE * sites / values.size))
+        wanted = math.ceil(math.sqrt(SAMPLES_PER_SITE * expected_sites / values.size))
         self.samples_per_pixel = max(1, min(wanted, MOST_SAMPLES_PER_PIXEL, math.isqrt(MOST_SAMPLES // values.size)))
-        samples = np.repeat(np.repeat(pixels, self.samples_per_pixel, axis=0), self.samples_per_pixel, axis=1)
-        rows, columns = samples.shape
-        self._mass = samples.ravel() / self.samples_per_pixel**2
-        self._x = np.tile((np.arange(columns) + 0.5) / self.samples_per_pixel, rows)
-        self._y = np.repeat((np.arange(rows) + 0.5) / self.samples_per_pixel, columns)
-        self._moments = self._mass * self._x, self._mass * self._y
+        # Of every row of pixels, the mass and its moments about the left edge, cumulated; all its rows of samples are alike.
+        mass = np.repeat(pixels, self.samples_per_pixel, axis=1) / self.samples_per_pixel**2
+        x = (np.arange(mass.shape[1]) + 0.5) / self.samples_per_pixel
+        self._cumulated = [np.pad(np.cumsum(mass * x**power, axis=1), ((0, 0), (1, 0))) for power in range(3)]
 
-    def owners(self, sites: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
-        """Return the nearest of the sites, (n, 2), of every sample."""
-        return stages.owners(sites, self.width, self.height, self.samples_per_pixel).ravel().astype(np.intp)
+    def runs(self, sites: npt.NDArray[np.float64]) -> Runs:
+        """Return the samples by the nearest of the sites, (n, 2)."""
+        owners = stages.owners(sites, self.width, self.height, self.samples_per_pixel)
+        is_first = np.ones(owners.shape, bool)
+        np.not_equal(owners[:, 1:], owners[:, :-1], out=is_first[:, 1:])
+        first = np.flatnonzero(is_first)
+        rows, begins = np.divmod(first, owners.shape[1])
+        return Runs(owners.ravel()[first].astype(np.intp), rows, begins, begins + np.diff(first, append=owners.size))
 
-    def cells(self, sites: npt.NDArray[np.float64], owners: npt.NDArray[np.intp]) -> Cells:
-        """Measure the cells that samples belong to by `owners`; samples whose owner is no site are left out."""
-        masses = self._sum(self._mass, sites, owners)
-        moments = np.stack([self._sum(moment, sites, owners) for moment in self._moments], axis=1)
+    def cells(self, sites: npt.NDArray[np.float64], runs: Runs) -> Cells:
+        """Measure the cells that runs belong to by their owners; runs whose owner is no site are left out."""
+        count = len(sites)
+        mass, moment = (self._between(power, runs) for power in range(2))
+        masses = runs.sum(mass, count)
+        moments = np.stack([runs.sum(moment, count), runs.sum(mass * self._y(runs), count)], axis=1)
         has_mass = (masses > 0)[:, np.newaxis]
         centroids = np.where(has_mass, moments / np.where(has_mass, masses[:, np.newaxis], 1), sites)
-        areas = np.bincount(owners, minlength=len(sites))[: len(sites)] / self.samples_per_pixel**2
-        return Cells(masses, areas, centroids)
+        return Cells(masses, runs.sum(runs.ends - runs.begins, count) / self.samples_per_pixel**2, centroids)
 
-    def axes(self, cells: Cells, owners: npt.NDArray[np.intp], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-        """Return the unit vector along which the mass is spread most, (m, 2), of the chosen cells, (n,)."""
-        samples = np.flatnonzero(chosen[owners])
-        cell = (np.cumsum(chosen) - 1)[owners[samples]]
-        centroids = cells.centroids[chosen]
-        x, y = self._x[samples] - centroids[cell, 0], self._y[samples] - centroids[cell, 1]
-        mass = self._mass[samples]
-        along_x, along_y, mixed = (np.bincount(cell, mass * moment, len(centroids)) for moment in (x * x, y * y, x * y))
+    def axes(self, cells: Cells, runs: Runs) -> npt.NDArray[np.float64]:
+        """Return the unit vector along which each cell's mass is spread most, (n, 2)."""
+        count = len(cells.masses)
+        mass, moment, second = (self._between(power, runs) for power in range(3))
+        x, y = cells.centroids[runs.owners].T
+        down = self._y(runs) - y
+        along_x = runs.sum(second - 2 * x * moment + x * x * mass, count)
+        along_y = runs.sum(mass * down * down, count)
+        mixed = runs.sum((moment - x * mass) * down, count)
         angle = np.arctan2(2 * mixed, along_x - along_y) / 2
         return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
-    @staticmethod
-    def _sum(
-        values: npt.NDArray[np.float64], sites: npt.NDArray[np.float64], owners: npt.NDArray[np.intp]
-    ) -> npt.NDArray[np.float64]:
-        return np.bincount(owners, values, len(sites))[: len(sites)].astype(np.float64)
+    def _between(self, power: int, runs: Runs) -> npt.NDArray[np.float64]:
+        """Return the sum of mass * x**power over every run, (m,)."""
+        cumulated = self._cumulated[power].ravel()
+        left = runs.rows // self.samples_per_pixel * self._cumulated[power].shape[1]
+        between: npt.NDArray[np.float64] = cumulated[left + runs.ends] - cumulated[left + runs.begins]
+        return between
+
+    def _y(self, runs: Runs) -> npt.NDArray[np.float64]:
+        return (runs.rows + 0.5) / self.samples_per_pixel
 
 
 def draw_points(density: npt.NDArray[np.floating[Any]], count: int, generator: np.random.Generator) -> npt.NDArray[np.float64]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +23,8 @@ SAMPLES_PER_PIXEL = 8
 """Samples of a painted picture along one axis of a pixel: 65 greys. Half as many make the ink of a small dot vary more than twice
 as much with its place; twice as many take four times the memory."""
 
-SAMPLES_AT_ONCE = 1 << 21
-"""Samples of dots that are painted in one step: about 100 MB. More are no faster."""
+SAMPLES_AT_ONCE = 1 << 20
+"""Samples of dots that are listed at once, and twice that at most: about 60 MB. More are no faster."""
 
 FRAME_MARGIN = 1e-3
 """How far inside the canvas a position is kept, in pixels: the least that `graphstipple.stages` allows."""
@@ -90,12 +91,9 @@ def paint(dots: Dots, samples: npt.NDArray[np.uint8], samples_per_pixel: int) ->
         The s above.
     """
     flat = samples.reshape(-1)
-    box = (2 * np.ceil(dots.radii * samples_per_pixel) + 1) ** 2
-    batch = (np.cumsum(box) // SAMPLES_AT_ONCE).astype(np.int64)
-    for begin, end in _runs(batch):
-        number, index = covered(dots.positions[begin:end], dots.radii[begin:end], samples.shape, samples_per_pixel)
+    for disc, index in covered(dots.positions, dots.radii, samples.shape, samples_per_pixel):
         # NumPy assigns in order, so the last dot that covers a sample gives it its ink.
-        flat[index] = dots.inks[begin:end][number]
+        flat[index] = dots.inks[disc]
 
 
 def picture(dots: Dots, width: int, height: int, settings: dict[str, object]) -> Picture:
@@ -145,10 +143,19 @@ def sample_offsets(rows: int) -> npt.NDArray[np.float64]:
     return multiples - np.floor(multiples)
 
 
+def bands(rows: int, samples_per_row: int) -> list[tuple[int, int]]:
+    """Return begin and end of bands of rows that hold at most `SAMPLES_AT_ONCE` samples each, but at least a row."""
+    step = max(1, SAMPLES_AT_ONCE // samples_per_row)
+    return [(begin, min(begin + step, rows)) for begin in range(0, rows, step)]
+
+
 def covered(
     positions: npt.NDArray[np.float64], radii: npt.NDArray[np.float64], shape: tuple[int, ...], samples_per_pixel: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return every sample in every disc, disc by disc: the number of the disc and the flat index of the sample.
+) -> Iterator[tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]]:
+    """Yield every sample in every disc, in parts of bounded size: the number of the disc and the flat index of the sample.
+
+    The parts go through the grid in bands of rows, and through each band disc by disc: of all discs that cover a sample, the later
+    ones come later.
 
     Parameters
     ----------
@@ -163,15 +170,23 @@ def covered(
     x, y = (positions * samples_per_pixel).T
     y = y - 0.5
     radius = radii * samples_per_pixel
-    top = np.clip(np.ceil(y - radius), 0, height).astype(np.int64)
-    rows = np.maximum(np.clip(np.floor(y + radius) + 1, 0, height).astype(np.int64) - top, 0)
-    disc, row = _ranges(top, rows)
-    half = np.sqrt(np.maximum(radius[disc] ** 2 - (row - y[disc]) ** 2, 0))
-    middle = x[disc] - sample_offsets(height)[row]
-    left = np.clip(np.ceil(middle - half), 0, width).astype(np.int64)
-    columns = np.maximum(np.clip(np.floor(middle + half) + 1, 0, width).astype(np.int64) - left, 0)
-    span, column = _ranges(left, columns)
-    return disc[span], row[span] * width + column
+    side = 2 * np.ceil(radius) + 1
+    offsets = sample_offsets(height)
+    for begin, end in bands(height, width):
+        reaching = np.flatnonzero((y + radius >= begin) & (y - radius < end))
+        boxes = np.minimum(side[reaching], width) * np.minimum(side[reaching], end - begin)
+        for first, last in _runs((np.cumsum(boxes) // SAMPLES_AT_ONCE).astype(np.int64)):
+            discs = reaching[first:last]
+            top = np.clip(np.ceil(y[discs] - radius[discs]), begin, end).astype(np.int64)
+            rows = np.clip(np.floor(y[discs] + radius[discs]) + 1, top, end).astype(np.int64) - top
+            number, row = _ranges(top, rows)
+            disc = discs[number]
+            half = np.sqrt(np.maximum(radius[disc] ** 2 - (row - y[disc]) ** 2, 0))
+            middle = x[disc] - offsets[row]
+            left = np.clip(np.ceil(middle - half), 0, width).astype(np.int64)
+            columns = np.clip(np.floor(middle + half) + 1, left, width).astype(np.int64) - left
+            span, column = _ranges(left, columns)
+            yield disc[span], row[span] * width + column
 
 
 def _runs(values: npt.NDArray[np.int64]) -> list[tuple[int, int]]:

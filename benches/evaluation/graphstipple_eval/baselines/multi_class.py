@@ -7,22 +7,39 @@ denser there, so that dark areas become white dots on black.
 
 Readings of the paper, after the program that its authors published:
 
-- A dot's diameter grows with the mean density of its cell, from the least where it is 0 to twice that where it is 1; the program
-  has 2 to 4 px at twice the photo's size. Here the number of dots is given, and the least diameter follows from it.
+- A dot's diameter grows with the mean density of its cell, from the least where it is 0 to twice that where it is 1. The
+  graph-stylization paper drew at twice the photo's size with 2 to 4 px, that is 1 to 2 px of the photo; the example of the authors'
+  program has 2 to 4 px of the photo. `mlbg` draws the former. Its dots are as many as the densities ask for.
 - A cell splits, or its site is lost, by the ink of its dot and the hysteresis of `linde_buzo_gray`. Each class begins with
-  100 random sites.
-- The chance of a coupled move is the class's mean density under the dot: dense classes make room for sparse ones.
+  100 random sites, or as many as it is expected to have if these are fewer.
+- The sites of a split lie half the radius of a disc of the cell's area to either side of its centroid; the program has half the
+  diameter of the stipple.
+- The mean density is the plain average over the cell; the program's default leaves a cell's empty area out of it, from 20 to 30 %
+  of the cell on.
+- The chance of a coupled move is the class's mean density under the dot: dense classes make room for sparse ones. It is taken over
+  the whole disc; the program takes what the stipple shares with its own cell.
+- There are at most 50 steps, and none after one that splits and removes nothing. By default, the program goes on until nothing
+  splits or vanishes and the mean squared error changes by less than 0.1 %.
 - Cells go by the distance from the dots' centres, where the program takes their edges.
 - Dots are painted in the order of falling mean density under them, so that sparse ones lie on top; that is the order in which
   the program blends the two dots nearest to a pixel.
 - What no dot covers falls into connected areas (8 neighbours); each is filled with the ink of the class that is denser in it on
   average, white if they are equal.
 
-The picture is painted with 64 samples a pixel, which gives what painting it at double size and halving gives. As an SVG, the black
-ground between dots is paths under the dots.
+What is written: under the dots lies black, as paths, wherever black ground is nearer than white; of the dots, only those that
+change something when they are painted over that, in order. They are about half of all: black dots on black and white ones on
+white are left out. The raster paints the same with 64 samples a pixel, which is nearly what painting it at double size and
+halving gives.
+
+`mlbg-equal` writes about as many coordinates as the budget has, points of the black ground included. It chooses the least
+diameter: the picture is drawn, the number of dots corrected by the share of coordinates that it wrote, and drawn again, as long
+as it is off by more than 4 %; the nearest is kept. Its time is that of all draws.
 """
 
 from __future__ import annotations
+
+import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -34,6 +51,7 @@ from graphstipple_eval.baselines.dots import (
     SAMPLES_PER_PIXEL,
     WHITE,
     Dots,
+    bands,
     box_average,
     check_dots,
     circles,
@@ -44,18 +62,35 @@ from graphstipple_eval.baselines.dots import (
 from graphstipple_eval.baselines.linde_buzo_gray import MOST_STEPS, SURPLUS, first_sites, hysteresis, next_sites
 from graphstipple_eval.method import Counts, Method, Photo, Picture
 
+SOURCE = "Schulz et al. 2021"
+
 SEED = 1
+LEAST_DIAMETER = 1.0
+"""In pixels of the photo, as the graph-stylization paper has it."""
+
 LARGEST_TO_LEAST = 2.0
 
-UNCOVERED = 2
-"""What a sample holds that no dot covers, beside the two inks."""
+COORDINATES_PER_DOT = 0.52
+"""Coordinates written for every dot placed, on photos: a first guess, which the first draw corrects."""
+
+BUDGET_TOLERANCE = 0.04
+"""How far from the budget the coordinates may end, as a share: a draw more takes as long as the first."""
+
+MOST_DRAWS = 5
+"""Draws to come so near: photos need one or two, a few hundred dots up to five; for a handful, or one ink alone, none may do."""
+
+LARGEST_CORRECTION = 4.0
+"""How many times the dots of the first draw may be placed: where next to nothing shows, the number would grow beyond measure."""
 
 UNDER_SAMPLES = 2
 """Samples along one axis of a pixel by which the density under a dot is measured, as in the program. It only orders the dots and
 gives a chance; four would take half of the time."""
 
-OUTLINE_TOLERANCE = 1.0
-"""How far the outline of the ground may lie from the samples, in samples: an eighth of a pixel, most of it under dots."""
+OUTLINE_TOLERANCE = 0.5
+"""How far the outline of black may lie from where it belongs, in least diameters: it lies under dots, where nothing shows."""
+
+LARGEST_TOLERANCE = 1 / 8
+"""The same in shorter sides of the canvas, at most: an outline as large as the canvas must not shrink to a line."""
 
 
 def dot_areas(density: npt.NDArray[np.float64], least: float) -> npt.NDArray[np.float64]:
@@ -63,10 +98,9 @@ def dot_areas(density: npt.NDArray[np.float64], least: float) -> npt.NDArray[np.
     return np.pi / 4 * (least * (1 + (LARGEST_TO_LEAST - 1) * density)) ** 2
 
 
-def least_diameter(tone: npt.NDArray[np.float64], dots: int) -> float:
-    """Return the least diameter in px for which the densities ask for this number of dots of both classes."""
-    per_pixel = sum(density / dot_areas(density, 1.0) for density in (tone, 1 - tone))
-    return float(np.sqrt(SURPLUS * np.sum(per_pixel) / dots))
+def expected_dots(tone: npt.NDArray[np.float64], least: float) -> float:
+    """Return how many dots of both classes the densities ask for, for a least diameter in px."""
+    return SURPLUS * float(sum((density / dot_areas(density, least)).sum() for density in (tone, 1 - tone)))
 
 
 def mean_under(
@@ -75,45 +109,45 @@ def mean_under(
     """Return the mean of a field, (height, width), under each of n discs, (n,)."""
     height, width = values.shape
     grid = (height * UNDER_SAMPLES, width * UNDER_SAMPLES)
-    disc, sample = covered(positions, np.sqrt(areas / np.pi), grid, UNDER_SAMPLES)
-    row, column = np.divmod(sample, grid[1])
-    sums = np.bincount(disc, values[row // UNDER_SAMPLES, column // UNDER_SAMPLES], len(areas))
-    counts = np.bincount(disc, minlength=len(areas))
+    sums, counts = np.zeros(len(areas)), np.zeros(len(areas), np.intp)
+    for disc, sample in covered(positions, np.sqrt(areas / np.pi), grid, UNDER_SAMPLES):
+        row, column = np.divmod(sample, grid[1])
+        sums += np.bincount(disc, values[row // UNDER_SAMPLES, column // UNDER_SAMPLES], len(areas))
+        counts += np.bincount(disc, minlength=len(areas))
     x, y = np.minimum(positions.astype(np.intp), [width - 1, height - 1]).T
     # A disc between the samples takes the value of its pixel.
     return np.where(counts > 0, sums / np.maximum(counts, 1), values[y, x])
 
 
-def place(tone: npt.NDArray[np.float64], dots: int, least: float) -> tuple[Dots, int]:
-    """Return the dots of both classes in painting order, for a least diameter in px, and the number of steps.
-
-    `dots` is how many to expect; it chooses the grid of samples.
-    """
+def place(tone: npt.NDArray[np.float64], least: float) -> tuple[Dots, int]:
+    """Return the dots of both classes in painting order, for a least diameter in px, and the number of steps."""
     height, width = tone.shape
     fields = {ink: field for ink, field in ((BLACK, 1 - tone), (WHITE, tone)) if field.any()}
     # One grid for both, as fine as half of the dots need: a class has about as many.
-    densities = {ink: Density(field, max(1, dots // 2)) for ink, field in fields.items()}
+    each = math.ceil(expected_dots(tone, least) / 2)
+    densities = {ink: Density(field, each) for ink, field in fields.items()}
     generator = np.random.default_rng(SEED)
-    sites = {ink: first_sites(width, height, generator) for ink in fields}
+    sites = {ink: first_sites(width, height, each, generator) for ink in fields}
     changed, steps = True, 0
     while changed and steps < MOST_STEPS:
-        together = densities[next(iter(fields))].owners(np.concatenate(list(sites.values())))
+        together = densities[next(iter(fields))].runs(np.concatenate(list(sites.values())))
         changed, first = False, 0
         for ink, density in densities.items():
             of_class, count = sites[ink], len(sites[ink])
-            owners = density.owners(of_class)
-            cells = density.cells(of_class, owners)
+            runs = density.runs(of_class)
+            cells = density.cells(of_class, runs)
             areas = dot_areas(mean_densities(cells), least)
-            coupled = density.cells(of_class, np.where((together >= first) & (together < first + count), together - first, count))
+            is_own = (together.owners >= first) & (together.owners < first + count)
+            coupled = density.cells(of_class, replace(together, owners=np.where(is_own, together.owners - first, count)))
             is_coupled = (generator.random(count) < mean_under(fields[ink], of_class, areas)) & (coupled.masses > 0)
             targets = np.where(is_coupled[:, np.newaxis], coupled.centroids, cells.centroids)
-            sites[ink], class_changed = next_sites(density, owners, cells, targets, dot_areas=areas, hysteresis=hysteresis(steps))
+            sites[ink], class_changed = next_sites(density, runs, cells, targets, dot_areas=areas, hysteresis=hysteresis(steps))
             changed |= class_changed
             first += count
         steps += 1
     parts = []
     for ink, density in densities.items():
-        areas = dot_areas(mean_densities(density.cells(sites[ink], density.owners(sites[ink]))), least)
+        areas = dot_areas(mean_densities(density.cells(sites[ink], density.runs(sites[ink]))), least)
         parts.append((sites[ink], areas, np.full(len(areas), ink, np.uint8), mean_under(fields[ink], sites[ink], areas)))
     positions, areas, inks, under = (np.concatenate(part) for part in zip(*parts, strict=True))
     order = np.argsort(-under, kind="stable")
@@ -125,47 +159,101 @@ def mean_densities(cells: Cells) -> npt.NDArray[np.float64]:
     return np.divide(cells.masses, cells.areas, out=np.zeros_like(cells.masses), where=cells.areas > 0)
 
 
-def fill_ground(samples: npt.NDArray[np.uint8], tone: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Give the uncovered samples an ink, in place, and return which of them became black."""
-    uncovered = samples == UNCOVERED
-    count, areas = cv2.connectedComponents(uncovered.astype(np.uint8), connectivity=8)
-    of_sample = areas[uncovered]
-    row, column = (place // SAMPLES_PER_PIXEL for place in np.nonzero(uncovered))
-    tones = np.bincount(of_sample, tone[row, column], count) / np.maximum(np.bincount(of_sample, minlength=count), 1)
-    samples[uncovered] = np.where(tones[of_sample] < 0.5, BLACK, WHITE)
-    black: npt.NDArray[np.bool_] = uncovered & (samples == BLACK)
+def black_ground(dots: Dots, tone: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Return the samples that lie nearer to black ground than to white, (height * s, width * s): what is black under the dots."""
+    height, width = (side * SAMPLES_PER_PIXEL for side in tone.shape)
+    is_covered = np.zeros((height, width), np.uint8)
+    paint(replace(dots, inks=np.ones_like(dots.inks)), is_covered, SAMPLES_PER_PIXEL)
+    # The nearest area between the dots (8 neighbours), numbered from 1, of every sample.
+    areas = cv2.distanceTransformWithLabels(is_covered, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_CCOMP)[1]
+    count = int(areas.max()) + 1
+    sums, sizes = np.zeros(count), np.zeros(count)
+    for begin, end in bands(tone.shape[0], SAMPLES_PER_PIXEL * width):
+        band = slice(begin * SAMPLES_PER_PIXEL, end * SAMPLES_PER_PIXEL)
+        row, column = np.nonzero(is_covered[band] == 0)
+        area = areas[band][row, column]
+        sums += np.bincount(area, tone[begin + row // SAMPLES_PER_PIXEL, column // SAMPLES_PER_PIXEL], count)
+        sizes += np.bincount(area, minlength=count)
+    is_black = sums < 0.5 * sizes
+    black: npt.NDArray[np.bool_] = is_black[areas]
     return black
 
 
-def outlines(ground: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.float64]]:
-    """Return the outlines of the black ground as rings of points in pixels, (n, 2), holes too."""
-    # OpenCV's outlines run through the outermost samples' centres; a sample more all around lies under dots or outside the canvas.
-    framed = cv2.copyMakeBorder(ground.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_REPLICATE)
-    wider = cv2.dilate(framed, np.ones((3, 3), np.uint8))
-    rings, _ = cv2.findContours(wider, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
-    rings = [cv2.approxPolyDP(ring, OUTLINE_TOLERANCE, closed=True)[:, 0] for ring in rings]
-    return [(ring - 0.5) / SAMPLES_PER_PIXEL for ring in rings if len(ring) > 2]
+def outlines(black: npt.NDArray[np.bool_], tolerance: float) -> tuple[list[npt.NDArray[np.int32]], int]:
+    """Return rings around black samples, holes too, simplified to a tolerance in samples, and how many of them are no holes.
+
+    A ring, (n, 1, 2), has columns and rows of samples.
+    """
+    # Outlines run through the outermost samples' centres: by the frame, those at the edge run outside the canvas.
+    framed = cv2.copyMakeBorder(black.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    found, hierarchy = cv2.findContours(framed, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE, offset=(-1, -1))
+    simple = [cv2.approxPolyDP(ring, tolerance, closed=True) for ring in found]
+    kept = [number for number, ring in enumerate(simple) if len(ring) > 2]
+    return [simple[number].astype(np.int32) for number in kept], sum(int(hierarchy[0, number, 3]) < 0 for number in kept)
 
 
-def stipple(photo: Photo, dots: int) -> Picture:
-    """Return the picture of black and white dots."""
-    count = check_dots(dots)
-    height, width = photo.tone.shape
-    tone = photo.tone.astype(np.float64)
-    least = least_diameter(tone, count)
-    placed, steps = place(tone, count, least)
-    samples = np.full((height * SAMPLES_PER_PIXEL, width * SAMPLES_PER_PIXEL), UNCOVERED, np.uint8)
-    paint(placed, samples, SAMPLES_PER_PIXEL)
-    rings = outlines(fill_ground(samples, tone))
-    path = "".join("M" + " ".join(f"{x:.2f},{y:.2f}" for x, y in ring.tolist()) + "Z" for ring in rings)
-    found = len(placed.radii)
-    points = found + sum(map(len, rings))
+def paint_what_shows(dots: Dots, samples: npt.NDArray[np.uint8]) -> Dots:
+    """Paint the dots onto samples, in place, and return those that changed any."""
+    flat = samples.reshape(-1)
+    shows = np.zeros(len(dots.radii), bool)
+    for discs, indices in covered(dots.positions, dots.radii, samples.shape, SAMPLES_PER_PIXEL):
+        begins = np.flatnonzero(np.diff(discs, prepend=-1))
+        for disc, index in zip(discs[begins].tolist(), np.split(indices, begins)[1:], strict=True):
+            ink = dots.inks[disc]
+            if (flat[index] != ink).any():
+                flat[index] = ink
+                shows[disc] = True
+    return Dots(dots.positions[shows], dots.radii[shows], dots.inks[shows])
+
+
+def draw(tone: npt.NDArray[np.float64], least: float) -> Picture:
+    """Return the picture of black and white dots for a least diameter in px."""
+    height, width = tone.shape
+    placed, steps = place(tone, least)
+    tolerance = min(OUTLINE_TOLERANCE * least, LARGEST_TOLERANCE * min(tone.shape)) * SAMPLES_PER_PIXEL
+    rings, regions = outlines(black_ground(placed, tone), tolerance)
+    samples = np.full((height * SAMPLES_PER_PIXEL, width * SAMPLES_PER_PIXEL), WHITE, np.uint8)
+    cv2.fillPoly(samples, rings, BLACK)
+    shown = paint_what_shows(placed, samples)
+    path = "".join(
+        "M" + " ".join(f"{x:.2f},{y:.2f}" for x, y in ((ring[:, 0] + 0.5) / SAMPLES_PER_PIXEL).tolist()) + "Z" for ring in rings
+    )
+    stipples = len(shown.radii)
     return Picture(
         raster=box_average(samples, SAMPLES_PER_PIXEL),
-        counts=Counts(stipples=found, regions=len(rings), vertices=points, coordinates=points),
-        svg=svg(f'<path fill-rule="evenodd" d="{path}"/>\n{circles(placed)}', width, height),
+        counts=Counts(stipples=stipples, regions=regions, coordinates=stipples + sum(map(len, rings))),
+        svg=svg(f'<path fill-rule="evenodd" d="{path}"/>\n{circles(shown)}', width, height),
         settings={"seed": SEED, "steps": steps, "least_diameter": least, "largest_diameter": LARGEST_TO_LEAST * least},
     )
 
 
-METHODS = (Method("mlbg", "Multi-class LBG, inverted", "Schulz et al. 2021", stipple, is_budgeted=True),)
+def stipple(photo: Photo, dots: int) -> Picture:
+    """Return the picture with the sizes of the graph-stylization paper, however many dots that takes."""
+    return draw(photo.tone.astype(np.float64), LEAST_DIAMETER)
+
+
+def stipple_equal(photo: Photo, dots: int) -> Picture:
+    """Return the picture that writes about as many coordinates as dots are asked for, as near as `MOST_DRAWS` come to it."""
+    wanted = check_dots(dots)
+    tone = photo.tone.astype(np.float64)
+    expected = wanted / COORDINATES_PER_DOT
+    most, draws, off = LARGEST_CORRECTION * expected, 0, math.inf
+    while off > BUDGET_TOLERANCE and draws < MOST_DRAWS:
+        drawn = draw(tone, math.sqrt(expected_dots(tone, 1.0) / expected))
+        draws += 1
+        written = drawn.counts.coordinates or 0
+        if abs(written / wanted - 1) < off:
+            off, best = abs(written / wanted - 1), drawn
+        if expected == most and written < wanted:
+            break
+        expected = min(expected * wanted / max(written, 1), most)
+    settings = {**best.settings, "draws": draws}
+    if off > BUDGET_TOLERANCE:
+        settings["note"] = f"{best.counts.coordinates:,} coordinates instead of {wanted:,}, the nearest of {draws} draws"
+    return replace(best, settings=settings)
+
+
+METHODS = (
+    Method("mlbg", "Multi-class LBG, 2 to 4 px at double size", SOURCE, stipple),
+    Method("mlbg-equal", "Multi-class LBG, equal budget", SOURCE, stipple_equal, is_budgeted=True),
+)

@@ -35,7 +35,7 @@ def relax(density: Density, sites: npt.NDArray[np.float64]) -> tuple[npt.NDArray
     still = STILL * np.sqrt(density.width * density.height / len(sites))
     moved, steps = np.inf, 0
     while moved >= still and steps < MOST_STEPS:
-        centroids = keep_inside(density.cells(sites, density.owners(sites)).centroids, density.width, density.height)
+        centroids = keep_inside(density.cells(sites, density.runs(sites)).centroids, density.width, density.height)
         moved = np.hypot(*(centroids - sites).T).mean()
         sites = centroids
         steps += 1
