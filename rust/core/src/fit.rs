@@ -25,6 +25,7 @@
 use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArea, ParamCurveDeriv, PathEl, Point, QuadBez, Vec2};
 
 use crate::drawing::{FLATTENING_TOLERANCE, Frame, flatten_cubic, flatten_quad, signed_area};
+use crate::least_radius::distance_to_segment;
 use crate::triangulation::Side;
 
 /// A closed loop below this area, in px^2, is rescaled to the area of its polygon of midpoints: the spline shrinks such small
@@ -781,18 +782,11 @@ fn keeps_within(distance: f64, polyline: &[Point], of: &[Point]) -> bool {
     let mut segment = 0;
     polyline.iter().all(|p| {
         while segment + 1 < of.len() {
-            if distance_squared(*p, of[segment], of[segment + 1]) <= distance * distance {
+            if distance_to_segment(*p, of[segment], of[segment + 1]) <= distance {
                 return true;
             }
             segment += 1;
         }
         false
     })
-}
-
-/// The square of the distance of p from the segment from a to b.
-fn distance_squared(p: Point, a: Point, b: Point) -> f64 {
-    let (way, off) = (b - a, p - a);
-    let at = (off.dot(way) / way.hypot2()).clamp(0.0, 1.0);
-    if at.is_nan() { off.hypot2() } else { (off - way * at).hypot2() }
 }
