@@ -23,9 +23,6 @@ from graphstipple_eval.selection import Selection, parse_budget, parse_names, pa
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
 
-LEAST_SIDE = 161
-"""Shortest side of a photo in pixels: multi-scale SSIM halves it four times and then needs its window of 11."""
-
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
@@ -83,14 +80,14 @@ def _ended(code: int, message: str) -> int:
 
 
 def _evaluate(arguments: argparse.Namespace) -> int:
-    sizes = list(dict.fromkeys(_whole("--size", text, LEAST_SIDE) for text in arguments.size.split(",")))
+    sizes = list(dict.fromkeys(_whole("--size", text, Comparison.LEAST_SIDE) for text in arguments.size.split(",")))
     jobs = os.cpu_count() or 1 if arguments.jobs is None else _whole("--jobs", arguments.jobs, 1)
     selection = Selection(parse_names(arguments.methods), parse_sweeps(arguments.sweep), parse_budget(arguments.budget))
     root: Path = arguments.out
     _check_out(root)
     # Without the weights of LPIPS, this fails now and not after the first drawing.
-    Comparison(np.zeros((LEAST_SIDE, LEAST_SIDE)))
-    decoded = photos.decode(photos.find(arguments.photos), sizes, LEAST_SIDE, root / report.PICTURES)
+    Comparison(np.zeros((Comparison.LEAST_SIDE, Comparison.LEAST_SIDE)))
+    decoded = photos.decode(photos.find(arguments.photos), sizes, Comparison.LEAST_SIDE, root / report.PICTURES)
     files.write(root / report.MARKER, b"This folder is a report of graphstipple-eval, which writes and deletes files here.\n")
     prepared = photos.write(decoded)
 

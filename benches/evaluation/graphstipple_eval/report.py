@@ -94,6 +94,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
         If a file cannot be written.
     """
     methods = selection.compared
+    compared = tables.compared(methods)
     shared = {
         "budget": _budget(selection),
         "ablations_at": "at equal coordinates" if selection.coordinates else "at equal numbers of nodes",
@@ -112,17 +113,16 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
     sections = []
     for size, group in groupby(outcome.results, lambda result: result.size):
         made = list(group)
-        drawn = tables.compared(methods)
         here = [photo for photo in photos if photo.size == size]
         sections.append(
             {
                 "size": size,
                 "photos": len(here),
                 "smaller": sum(_is_smaller(photo) for photo in here),
-                "quality": tables.table(drawn, made, tables.QUALITY),
-                "counts": tables.table(drawn, made, tables.COUNTS),
+                "quality": tables.table(compared, made, tables.QUALITY),
+                "counts": tables.table(compared, made, tables.COUNTS),
                 "ablations": tables.table(tables.ablated(methods), made, tables.QUALITY),
-                "plots": _plots(size, drawn, made, written),
+                "plots": _plots(size, compared, made, written),
             }
         )
     pages = [_page(photo, outcome.results, root) for photo in photos]
@@ -130,7 +130,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
     written["index.html"] = environment.get_template("index.html").render(
         **shared,
         up="",
-        compared=tables.compared(methods),
+        compared=compared,
         sections=sections,
         sweeps=[_sweep(sweep, selection.coordinates, outcome.results) for sweep in selection.sweeps],
         pages=pages,

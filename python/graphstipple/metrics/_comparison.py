@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -31,8 +31,11 @@ class Comparison:
         If the weights of LPIPS are asked for and are not in the cache folder.
     """
 
+    LEAST_SIDE: ClassVar[int] = MSSSIM_LEAST_SIDE
+    """The least height and width that can be compared, in pixels: 161, what multi-scale SSIM asks for."""
+
     def __init__(self, reference: npt.NDArray[np.floating[Any]], lpips: bool = True) -> None:
-        self._near = checked(reference, "reference", MSSSIM_LEAST_SIDE, "multi-scale SSIM")
+        self._near = checked(reference, "reference", self.LEAST_SIDE, "multi-scale SSIM")
         self._far = blurred(self._near)
         self._near_distances: dict[str, Lpips] = {}
         self._far_distances: dict[str, Lpips] = {}
