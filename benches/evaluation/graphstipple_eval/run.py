@@ -17,6 +17,7 @@ from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import lru_cache
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import cv2
@@ -152,12 +153,17 @@ def run(photos: Sequence[PhotoFile], selection: Selection, root: Path, executor:
 
 @contextmanager
 def _interrupts_kept_from_processes() -> Iterator[None]:
-    """Let processes that are started here ignore Ctrl-C: the terminal sends it to all, and this process alone should answer."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Keep Ctrl-C from processes that are started here: the terminal sends it to all, and this process alone should answer.
+
+    They inherit that it is blocked. Here it waits meanwhile, and is not lost.
+    """
+    # Where it starts with the first process, it would unblock Ctrl-C.
+    resource_tracker.ensure_running()
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def set_up_process() -> None:
