@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.ndimage
 import scipy.sparse
 import scipy.spatial
 import shapely
@@ -160,16 +161,18 @@ def diffuse(
     edges: ArrayLike,
     values: ArrayLike,
     *,
-    alpha: float | str = "dynamic",
+    areas: ArrayLike | None = None,
+    alpha: float | str = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.5,
+    base: float = 0.26,
     detail_gain: float = 6.0,
     rings: int = 1,
 ) -> NDArray[np.uint8]:
     """Diffuse errors by a heap whose stale entries are skipped when they surface."""
     points = np.asarray(sites, dtype=np.float64).tolist()
     start: list[float] = np.asarray(values, dtype=np.float32).astype(np.float64).tolist()
+    cells = None if areas is None else np.asarray(areas, dtype=np.float64).tolist()
     neighbours = adjacency(len(start), edges)
     means = local_means(neighbours, start, rings)
     current = list(start)
@@ -189,17 +192,21 @@ def diffuse(
         open_ones = [j for j in neighbours[i] if labels[j] is None]
         if not open_ones:
             continue
-        if isinstance(alpha, str):
+        if alpha == "tonal":
+            tone = min(max(start[i], 0.0), 1.0)
+            share = base * tone**1.5 * (1 - tone) ** 2 / ((3 / 7) ** 1.5 * (4 / 7) ** 2)
+        elif alpha == "dynamic":
             same_side = label == int(start[i] >= 0.5)
             share = base + detail_gain * abs(start[i] - means[i]) if same_side else 0.0
         else:
-            share = alpha
+            share = float(alpha)
         exponents = [(k1 * abs(start[i] - start[j]) + k2 * math.dist(points[i], points[j])) ** 2 for j in open_ones]
         least = min(exponents)
         weights = [math.exp(least - e) for e in exponents]
         total = math.fsum(weights)
         for j, weight in zip(open_ones, weights, strict=True):
-            current[j] += weight / total * share * error
+            ratio = 1.0 if cells is None or cells[i] == cells[j] else min(cells[i] / cells[j], 16.0)
+            current[j] += weight / total * share * error * ratio
             heapq.heappush(heap, (priority(j), j))
     return np.array(labels, dtype=np.uint8)
 
@@ -260,6 +267,31 @@ def components(edges: ArrayLike, labels: ArrayLike) -> Integers:
 
 
 # Saliency and luma ---------------------------------------------------------------------------------------------------------------
+
+
+def emphasize(tone: ArrayLike, spacing: float, sharpen: float, local_contrast: float) -> Floats:
+    """Unsharp masking at two scales, by SciPy."""
+    tone = np.asarray(tone, np.float64)
+    added = sum(a * (tone - blurred(tone, s * spacing)) for a, s in ((sharpen, 0.5), (local_contrast, 1.5)))
+    return np.clip(tone + added, 0.0, 1.0)
+
+
+def blurred(field: Floats, sigma: float) -> Floats:
+    """Blur by a Gaussian cut at three sigmas, mirrored at the borders."""
+    return scipy.ndimage.gaussian_filter(field, sigma, mode="reflect", radius=math.ceil(3 * sigma))
+
+
+def importance(
+    tone: ArrayLike, map_: ArrayLike, spacing: float, options: dict[str, float], emphasized: ArrayLike, *, is_saliency: bool
+) -> Floats:
+    """The mix of a floor, the map and local detail, less in black and white."""
+    tone, map_, emphasized = (np.asarray(a, np.float64) for a in (tone, map_, emphasized))
+    detail = blurred(np.abs(tone - blurred(tone, 0.5 * spacing)), 0.5 * spacing)
+    strong = np.sort(detail.ravel())[int(0.99 * (detail.size - 1))]
+    detail = np.minimum(detail / strong, 1.0)
+    guess, factor = (map_, 1.0) if is_saliency else (1.0, map_)
+    mixed = options["floor"] + (1 - options["floor"]) * ((1 - options["detail"]) * guess + options["detail"] * detail)
+    return np.clip(factor * mixed * (1 - options["midtones"] * (2 * emphasized - 1) ** 2), 0.0, 1.0)
 
 
 def saliency(luma: NDArray[np.uint8]) -> NDArray[np.float32]:

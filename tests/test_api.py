@@ -174,19 +174,43 @@ def test_graph_and_importance(drawing: gs.Drawing) -> None:
 def test_the_stages_make_the_same_drawing(small: np.ndarray) -> None:
     options = gs.Options(density=1.0)
     drawing = gs.draw(small, options=options)
+    tone = gs.stages.tone(small)
+    np.testing.assert_array_equal(gs.stages.importance(tone, gs.saliency(small), options), drawing.importance)
     first = gs.stages.lattice_labels(drawing.importance, options)
     height, width = small.shape[:2]
     samples = gs.stages.samples_per_pixel(1.0)
     sites = gs.stages.relax(first.sites[first.labels == 1], width, height, 1, samples)
     np.testing.assert_array_equal(sites, drawing.graph.sites)
     np.testing.assert_array_equal(gs.stages.triangulate(sites, width, height), drawing.graph.edges)
-    labels = gs.stages.diffuse(sites, drawing.graph.edges, drawing.graph.tone)
+    cells = gs.stages.cells(sites, width, height, gs.stages.emphasize(tone, options), samples)
+    tones = gs.stages.bend(cells.means, drawing.stats["tone_bend"])
+    np.testing.assert_array_equal(tones, drawing.graph.tone)
+    labels = gs.stages.diffuse(sites, drawing.graph.edges, tones, areas=cells.areas)
     np.testing.assert_array_equal(labels, drawing.graph.labels)
     np.testing.assert_array_equal(gs.stages.components(drawing.graph.edges, labels), drawing.graph.components)
-    areas = gs.stages.cells(sites, width, height, samples_per_pixel=samples).areas
-    outline = gs.stages.outline(sites, labels, width, height, areas=areas)
+    outline = gs.stages.outline(sites, labels, width, height, areas=cells.areas, tones=tones)
     np.testing.assert_array_equal(outline.stipples, drawing.stipples)
     assert [region.area for region in outline.regions] == [region.area for region in drawing.regions]
+
+
+def test_a_callable_makes_the_importance_from_the_luma(small: np.ndarray) -> None:
+    seen: list[np.ndarray] = []
+
+    def left_half(luma: np.ndarray) -> np.ndarray:
+        seen.append(luma)
+        map_ = np.full_like(luma, 0.1)
+        map_[:, :64] = 1.0
+        return map_
+
+    drawing = gs.draw(small, importance=left_half)
+    np.testing.assert_array_equal(seen[0], gs.stages.tone(small))
+    assert drawing.svg() == gs.draw(small, importance=left_half(seen[0])).svg()
+    # A map is a factor: what it finds unimportant gets far fewer nodes.
+    left = (drawing.graph.sites[:, 0] < 64).mean()
+    assert left > 0.7
+    assert gs.draw(small, importance=lambda _: "none").svg() == gs.draw(small, importance="none").svg()
+    with pytest.raises(gs.InvalidInputError, match="importance has the shape"):
+        gs.draw(small, importance=lambda luma: np.stack([luma, luma]))
 
 
 def test_a_drawing_knows_what_made_it(small: np.ndarray) -> None:

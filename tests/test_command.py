@@ -104,18 +104,44 @@ def test_importance_by_name(command, photos, tmp_path, importance):
             ["--k1", 2, "--k2", 0.5, "--base", 0.4, "--detail-gain", 3, "--rings", 2],
             {"k1": 2, "k2": 0.5, "base": 0.4, "detail_gain": 3, "rings": 2},
         ),
-        (["--gamma", 1.4, "--contrast", 1.2, "--invert"], {"gamma": 1.4, "contrast": 1.2, "invert": True}),
+        (
+            ["--linear", "--gamma", 1.4, "--contrast", 1.2, "--invert"],
+            {"linear": True, "gamma": 1.4, "contrast": 1.2, "invert": True},
+        ),
+        (["--stipple-min", 0.6, "--stipple-max", 1.5], {"stipple_min": 0.6, "stipple_max": 1.5}),
+        (["--irregularity", 0.7, "--seed", 2**53], {"irregularity": 0.7, "seed": 2**53}),
         (
             ["--importance-alpha", 0.8, "--alpha", "dynamic", "--stipple-scale", 0.7, "--tolerance", 0.5],
-            {"importance_alpha": 0.8, "stipple_scale": 0.7, "tolerance": 0.5},
+            {"importance_alpha": 0.8, "alpha": "dynamic", "stipple_scale": 0.7, "tolerance": 0.5},
         ),
         (["--nodes-per-pixel", 0.2, "--relax", 0], {"nodes_per_pixel": 0.2, "relax": 0}),
+        (
+            ["--detail", 0.5, "--floor", 0.3, "--midtones", 0.2, "--sharpen", 1, "--local-contrast", 2, "--fineness", 0.5],
+            {"detail": 0.5, "floor": 0.3, "midtones": 0.2, "sharpen": 1, "local_contrast": 2, "fineness": 0.5},
+        ),
+        (
+            ["--tone-tolerance", "off", "--carry", "value", "--crossings", "midpoint"],
+            {"tone_tolerance": None, "carry": "value", "crossings": "midpoint"},
+        ),
     ],
-    ids=["diffusion", "tone", "alphas and outlines", "budget"],
+    ids=["diffusion", "tone", "radii", "irregular dots", "alphas and outlines", "budget", "detail", "ours off"],
 )
 def test_every_option_means_the_same(command, photos, tmp_path, arguments, options):
     done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", *arguments)
     assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=gs.Options(**options)).svg()
+
+
+@pytest.mark.parametrize("name", [preset.name for preset in gs.presets()])
+def test_a_preset_means_the_same(command, photos, tmp_path, name):
+    done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", "--preset", name)
+    inks = {preset.name: preset.inks for preset in gs.presets()}[name]
+    assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=gs.Options.preset(name)).svg(inks=inks)
+
+
+def test_presets_are_listed_without_a_photo(command):
+    lines = done(command, "--list-presets").stdout.decode().splitlines()
+    assert [line.split()[0] for line in lines] == [preset.name for preset in gs.presets()]
+    assert all(line.endswith(preset.description) for line, preset in zip(lines, gs.presets(), strict=True))
 
 
 @pytest.mark.parametrize("name", GOLDEN_CASES)
@@ -297,6 +323,8 @@ def test_a_missing_preview_folder_leaves_nothing(program, bad_files, tmp_path):
         ["-o", "out.svg", "--rings", "0"],
         ["-o", "out.svg", "--alpha", "2"],
         ["-o", "out.svg", "--alpha", "dynamical"],
+        ["-o", "out.svg", "--preset", "lino"],
+        ["-o", "out.svg", "--tone-tolerance", "none"],
         ["-o", "out.svg", "--nodes", "2"],
         ["-o", "out.svg", "--nodes", "1000", "--nodes-per-pixel", "0.2"],
         ["-o", "out.svg", "--lattice", "triangular"],

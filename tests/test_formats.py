@@ -56,7 +56,7 @@ def drawn(name: str) -> gs.Drawing:
         "one pixel": (np.zeros((1, 1), np.uint8), gs.Options()),
         "a row": (noise(3, 40, 1), gs.Options(density=1.0)),
         "a column": (noise(4, 1, 40), gs.Options(density=1.0)),
-        "dots at the frame": (dark_to_light, gs.Options(nodes_per_pixel=0.3, alpha=1.0, stipple_scale=2.0)),
+        "dots at the frame": (dark_to_light, gs.Options.paper(nodes_per_pixel=0.3, alpha=1.0, stipple_scale=2.0, tolerance=0.25)),
     }
     image, options = images[name]
     return gs.draw(image, options=options)

@@ -122,6 +122,22 @@ def test_random_images_are_sound_at_every_tolerance(tolerance: float, seed: int,
     assert simple.stats["coordinates"] <= exact.stats["coordinates"]
 
 
+def test_irregular_dots_are_regions_as_large_as_round_ones() -> None:
+    image = photo("coffee", 256, 192)
+    round_dots, irregular, other = (
+        gs.draw(image, options=gs.Options(**options)) for options in ({}, {"irregularity": 1.0}, {"irregularity": 1.0, "seed": 1})
+    )
+    check_picture(irregular, irregular.width, irregular.height)
+    assert irregular.stats["stipples"] == 0
+    assert irregular.stats["regions"] == round_dots.stats["regions"] + round_dots.stats["stipples"]
+    assert irregular.stats["vertices"] == round_dots.stats["vertices"]
+    # Painted, they hold the same ink.
+    assert irregular.rasterize().mean() == pytest.approx(round_dots.rasterize().mean(), abs=0.1)
+    assert irregular.rasterize().tobytes() != other.rasterize().tobytes()
+    # A least dot does not act on them.
+    assert irregular.with_min_dot(3.0).stats["regions"] == irregular.stats["regions"]
+
+
 # Fewer points --------------------------------------------------------------------------------------------------------------------
 
 
@@ -130,7 +146,8 @@ def test_a_quarter_of_a_pixel_saves_most_points_and_does_not_show(name: str) -> 
     drawing, exact = drawn(name, 0.25, None, None), drawn(name, 0.0, None, None)
     stats = drawing.stats
     assert stats["vertices"] == exact.stats["vertices"]
-    assert stats["anchors"] <= 0.36 * stats["vertices"]
+    # A dot is one point either way.
+    assert stats["anchors"] - stats["stipples"] <= 0.32 * (stats["vertices"] - stats["stipples"])
     assert stats["coordinates"] <= 0.9 * stats["vertices"]
     assert np.abs(drawing.rasterize().astype(float) - exact.rasterize()).mean() < 4
 
@@ -232,6 +249,14 @@ def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
 @pytest.mark.parametrize("name", ["camera", "coffee"])
 def test_photos_survive_a_file(name: str, tolerance: float, suffix: str, how: dict[str, Any], tmp_path: Path) -> None:
     drawing = drawn(name, tolerance)
+    drawing.save(tmp_path / f"drawing.{suffix}", **how)
+    check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+
+
+@files
+def test_irregular_dots_survive_a_file(suffix: str, how: dict[str, Any], tmp_path: Path) -> None:
+    drawing = gs.draw(photo("coffee", 128, 96), options=gs.Options(irregularity=1.0, seed=3, stipple_max=1.5))
+    assert not len(drawing.stipples)
     drawing.save(tmp_path / f"drawing.{suffix}", **how)
     check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
 

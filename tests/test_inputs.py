@@ -54,6 +54,15 @@ def test_depths_agree(small: np.ndarray) -> None:
     assert same(gs.draw(grey / 255), gs.draw((grey / 255).astype(np.float32)))
 
 
+def test_linear_light_decodes_srgb() -> None:
+    grey = np.array([[0.0, 0.04, 0.5, 1.0]])
+    tone = gs.stages.tone(grey, gs.Options(linear=True))
+    np.testing.assert_allclose(tone, [[0.0, 0.04 / 12.92, 0.2140, 1.0]], atol=1e-4)
+    # Before gamma and inversion.
+    adjusted = gs.stages.tone(grey, gs.Options(linear=True, gamma=2.0, invert=True))
+    np.testing.assert_allclose(adjusted, 1 - np.sqrt(tone), atol=1e-6)
+
+
 def test_bool_is_black_and_white(small: np.ndarray) -> None:
     mask = small[:, :, 1] > 127
     assert same(gs.draw(mask), gs.draw(mask.astype(np.uint8) * 255))
@@ -181,7 +190,7 @@ def test_saliency_is_the_default_importance(small: np.ndarray, expected: gs.Draw
     assert map_.dtype == np.float32
     assert map_.min() >= 0
     assert map_.max() <= 1
-    np.testing.assert_array_equal(expected.importance, map_)
+    np.testing.assert_array_equal(expected.importance, gs.stages.importance(gs.stages.tone(small), map_))
     np.testing.assert_array_equal(map_, _core.saliency(_core.luma(small, (255, 255, 255))))
     assert same(gs.draw(small, importance="saliency"), expected)
     assert same(gs.draw(small, importance=None), expected)

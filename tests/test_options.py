@@ -23,8 +23,25 @@ def test_defaults_are_rusts() -> None:
 
 
 def test_paper_is_rusts_and_changes_apply() -> None:
-    assert known_to_rust(gs.Options.paper()) == json.loads(_core.paper_options())
-    assert gs.Options.paper(relax=2, density=0.5) == gs.Options(density=0.5, relax=2, tolerance=0)
+    assert known_to_rust(gs.Options.paper()) == json.loads(_core.preset_options("paper"))
+    ours = {"detail": 0, "floor": 0, "midtones": 0, "sharpen": 0, "local_contrast": 0, "tone_tolerance": None}
+    diffusion = {"base": 0.5, "importance_alpha": "dynamic", "alpha": "dynamic", "carry": "value", "crossings": "midpoint"}
+    expected = gs.Options(density=0.5, relax=2, tolerance=0, **ours, **diffusion)  # type: ignore[arg-type]
+    assert gs.Options.paper(relax=2, density=0.5) == expected
+
+
+def test_presets_are_options_by_name() -> None:
+    names = [preset.name for preset in gs.presets()]
+    assert names[:2] == ["default", "paper"]
+    assert len(set(names)) == len(names) >= 6
+    options = [gs.Options.preset(name) for name in names]
+    assert options[0] == gs.Options()
+    assert options[1] == gs.Options.paper()
+    assert len(set(options)) == len(options)
+    assert gs.Options.preset("linocut", relax=4) == gs.Options.preset("linocut").replace(relax=4)
+    assert {preset.name: preset.inks for preset in gs.presets()}["scratchboard"] == "white"
+    with pytest.raises(gs.InvalidInputError, match="preset is lino, but it must be default, paper, "):
+        gs.Options.preset("lino")
 
 
 def test_options_are_frozen_hashable_and_replaceable() -> None:
@@ -53,10 +70,23 @@ def test_numpy_scalars_are_numbers() -> None:
         ({"relax": 1.5}, "relax is 1.5, but it must be a whole number"),
         ({"rings": 0}, "rings is 0, but it must be between 1 and 16"),
         ({"alpha": 1.5}, "alpha is 1.5"),
-        ({"alpha": "static"}, 'alpha is "static", but it must be "dynamic" or a number'),
+        ({"alpha": "static"}, 'alpha is "static", but it must be "tonal", "dynamic" or a number'),
         ({"importance_alpha": -0.1}, "importance_alpha is -0.1"),
+        ({"carry": "all"}, 'carry is "all", but it must be "value" or "area"'),
+        ({"crossings": "edge"}, 'crossings is "edge", but it must be "midpoint" or "tone"'),
+        ({"tone_tolerance": -0.1}, "tone_tolerance is -0.1, but it must be between 0 and 1"),
+        ({"fineness": 0}, "fineness is 0, but it must be above 0 and at most 16"),
+        ({"detail": 1.5}, "detail is 1.5, but it must be between 0 and 1"),
+        ({"sharpen": 101}, "sharpen is 101, but it must be between 0 and 100"),
         ({"lattice": "triangular"}, "must be `hexagonal` or `square`"),
         ({"stipple_scale": 5}, "stipple_scale is 5"),
+        ({"stipple_min": -1}, "stipple_min is -1, but it must be between 0 and 1000 pixels"),
+        ({"stipple_max": 0}, "stipple_max is 0, but it must be above 0 and at most 1000 pixels"),
+        ({"stipple_min": 2, "stipple_max": 1.5}, "stipple_max is 1.5, but it must be at least the least radius"),
+        ({"irregularity": 1.5}, "irregularity is 1.5, but it must be between 0 and 1"),
+        ({"seed": 2**53 + 1}, "seed is 9007199254740993, but it must be between 0 and 9007199254740992"),
+        ({"seed": 0.5}, "seed is 0.5, but it must be a whole number"),
+        ({"linear": 1}, "linear is 1, but it must be True or False"),
         ({"tolerance": -0.1}, "tolerance is -0.1, but it must be between 0 and 2"),
         ({"tolerance": 2.5}, "tolerance is 2.5"),
         ({"tolerance": "fine"}, 'tolerance is "fine", but it must be a number'),

@@ -118,14 +118,15 @@ def test_relax(seed, n, how, steps):
     seed=SEEDS,
     kind=st.sampled_from([*KINDS, "delaunay"]),
     density=st.floats(0.1, 3.0),
-    alpha=st.one_of(st.just("dynamic"), st.floats(0.0, 1.0)),
+    alpha=st.one_of(st.sampled_from(["tonal", "dynamic"]), st.floats(0.0, 1.0)),
+    by_area=st.booleans(),
     k1=st.floats(0.0, 20.0),
     k2=st.floats(0.0, 3.0),
     base=st.floats(0.0, 1.0),
     detail_gain=st.floats(0.0, 12.0),
     rings=st.integers(1, 3),
 )
-def test_diffuse_on_noise(seed, kind, density, alpha, k1, k2, base, detail_gain, rings):  # noqa: PLR0917
+def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, detail_gain, rings):  # noqa: PLR0917
     if kind == "delaunay":
         sites = scattered(seed, int(30 + 300 * density), 40, 25, "evenly")
         edges = oracles.delaunay_edges(sites, 40, 25)
@@ -134,14 +135,15 @@ def test_diffuse_on_noise(seed, kind, density, alpha, k1, k2, base, detail_gain,
     random = np.random.default_rng(seed)
     # Tone that leans to one side and reaches both ends, as saturated photos do; noise keeps near ties away.
     values = np.clip(random.random(len(sites)) ** random.uniform(0.3, 3), 0, 1).astype(np.float32)
-    options = {"alpha": alpha, "k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
+    areas = random.random(len(sites)) ** 3 if by_area else None
+    options = {"areas": areas, "alpha": alpha, "k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
     found = stages.diffuse(sites, edges.astype(np.uint32), values, **options)
     assert found.dtype == np.uint8
     np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
 
 
 @on_every_photo
-@pytest.mark.parametrize("alpha", ["dynamic", 1.0])
+@pytest.mark.parametrize("alpha", ["tonal", "dynamic", 1.0])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("density", [0.3, 1.7])
 def test_diffuse_on_photos(name, alpha, kind, density):
@@ -189,7 +191,7 @@ def test_lattice_labels(kind, density):
     for samples_per_pixel in (1, 2, 3, 4, 6, 8):
         # How fine the samples are is the pipeline's choice, but some whole number a pixel must explain the labels.
         means = stages.cells(sites, 40, 30, importance, samples_per_pixel).means
-        if np.array_equal(oracles.diffuse(sites, edges, means), labels):
+        if np.array_equal(oracles.diffuse(sites, edges, means, alpha=1.0), labels):
             return
     pytest.fail("no sample grid gives these labels")
 
@@ -350,5 +352,38 @@ def test_a_drawing_is_what_the_stages_say(name, options):
     np.testing.assert_array_equal(oracles.components(graph.edges, graph.labels), graph.components)
     check_edges_up_to_ties(graph.edges, graph.sites, width, height)
     # Equal tones tie up to rounding, so the diffusion is compared with the Rust stage here and with the oracle above.
-    np.testing.assert_array_equal(stages.diffuse(graph.sites, graph.edges, graph.tone), graph.labels)
-    np.testing.assert_array_equal(drawing.importance, gs.saliency(photo(name, width, height)))
+    samples = stages.samples_per_pixel(drawing.stats["density"])
+    areas = stages.cells(graph.sites, width, height, samples_per_pixel=samples).areas
+    np.testing.assert_array_equal(stages.diffuse(graph.sites, graph.edges, graph.tone, areas=areas), graph.labels)
+    tone, saliency = photo_luma(name, width, height), gs.saliency(photo(name, width, height))
+    np.testing.assert_array_equal(drawing.importance, stages.importance(tone, saliency, drawing.options))
+    # Bending is what brings the mean of the drawing to that of the photo.
+    means = stages.cells(graph.sites, width, height, stages.emphasize(tone, drawing.options), samples).means
+    bent = stages.bend(means, drawing.stats["tone_bend"])
+    np.testing.assert_array_equal(bent, graph.tone)
+    assert abs(areas @ graph.labels / areas.sum() - tone.mean()) <= drawing.options.tone_tolerance + 1e-9
+
+
+# Emphasis and importance ---------------------------------------------------------------------------------------------------------
+
+
+@on_every_photo
+@pytest.mark.parametrize("nodes_per_pixel", [0.05, 0.3, 1.0])
+def test_emphasis_and_importance(name, nodes_per_pixel):
+    tone = photo_luma(name, 90, 70)
+    options = gs.Options(nodes_per_pixel=nodes_per_pixel, sharpen=2.0, local_contrast=1.0, detail=0.6, floor=0.2, midtones=0.5)
+    spacing = np.sqrt(2 / np.sqrt(3) / nodes_per_pixel)
+    emphasized = stages.emphasize(tone, options)
+    np.testing.assert_allclose(emphasized, oracles.emphasize(tone, spacing, 2.0, 1.0), rtol=0, atol=2e-5)
+    map_ = gs.saliency(photo(name, 90, 70))
+    shares = {"detail": 0.6, "floor": 0.2, "midtones": 0.5}
+    for is_saliency in (True, False):
+        found = stages.importance(tone, map_, options, is_saliency=is_saliency)
+        expected = oracles.importance(tone, map_, spacing, shares, emphasized, is_saliency=is_saliency)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("amount", [-0.5, 0.5, float("nan")])
+def test_bending_has_a_range(amount):
+    with pytest.raises(gs.InvalidInputError, match=r"must be above -0\.5 and below 0\.5"):
+        stages.bend([0.5], amount)

@@ -23,7 +23,7 @@ from graphstipple._errors import (
 )
 from graphstipple.drawing import Drawing, Graph, Region, load
 from graphstipple.importance import saliency
-from graphstipple.options import Options
+from graphstipple.options import Options, Preset, presets
 
 __all__ = [
     "Drawing",
@@ -35,11 +35,13 @@ __all__ = [
     "MissingPackageError",
     "MissingWeightsError",
     "Options",
+    "Preset",
     "Region",
     "__version__",
     "draw",
     "load",
     "metrics",
+    "presets",
     "saliency",
     "stages",
 ]

@@ -1,5 +1,5 @@
 from collections.abc import Callable
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
@@ -9,21 +9,25 @@ __all__ = [
     "__version__",
     "adjust",
     "background",
+    "bend",
     "cells",
     "cli",
     "components",
     "default_options",
     "diffuse",
     "draw",
+    "emphasize",
     "importance_source",
     "lattice",
     "lattice_labels",
     "load",
     "luma",
     "luma_to_u8",
+    "mixed_importance",
     "outline",
     "owners",
-    "paper_options",
+    "preset_options",
+    "presets",
     "read_luma",
     "relax",
     "saliency",
@@ -79,7 +83,8 @@ def draw(
 def load(path: str) -> Drawing: ...
 def validated_options(json: str) -> str: ...
 def default_options() -> str: ...
-def paper_options() -> str: ...
+def preset_options(name: str) -> str: ...
+def presets() -> list[tuple[str, str, Literal["black", "white", "both"]]]: ...
 def importance_source(name: str) -> str: ...
 def background(name: str) -> tuple[int, int, int]: ...
 def read_luma(path: str, background: tuple[int, int, int]) -> npt.NDArray[np.float32]: ...
@@ -89,6 +94,11 @@ def luma_to_u8(luma: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]: ...
 def saliency(luma: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]: ...
 def cli(args: list[str]) -> int: ...
 def lattice(width: int, height: int, options_json: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]: ...
+def emphasize(tone: npt.NDArray[np.float32], options_json: str) -> npt.NDArray[np.float32]: ...
+def mixed_importance(
+    tone: npt.NDArray[np.float32], given: npt.NDArray[np.float32], is_factor: bool, options_json: str
+) -> npt.NDArray[np.float32]: ...
+def bend(tones: npt.NDArray[np.float32], amount: float) -> npt.NDArray[np.float32]: ...
 def lattice_labels(
     importance: npt.NDArray[np.float32], options_json: str
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8], float]: ...
@@ -102,15 +112,19 @@ def relax(
 ) -> npt.NDArray[np.float64]: ...
 def triangulate(sites: npt.NDArray[np.float64], width: int, height: int) -> npt.NDArray[np.uint32]: ...
 def diffuse(
-    sites: npt.NDArray[np.float64], edges: npt.NDArray[np.uint32], values: npt.NDArray[np.float32], options_json: str
+    sites: npt.NDArray[np.float64],
+    edges: npt.NDArray[np.uint32],
+    values: npt.NDArray[np.float32],
+    areas: npt.NDArray[np.float64] | None,
+    options_json: str,
 ) -> npt.NDArray[np.uint8]: ...
 def components(edges: npt.NDArray[np.uint32], labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint32]: ...
 def outline(
     sites: npt.NDArray[np.float64],
     labels: npt.NDArray[np.uint8],
     areas: npt.NDArray[np.float64],
-    width: int,
-    height: int,
+    tones: npt.NDArray[np.float32] | None,
+    size: tuple[int, int],
     options_json: str,
 ) -> tuple[
     tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]],

@@ -17,8 +17,11 @@ from graphstipple._inputs import ImageLike, read_luma
 from graphstipple.drawing import Drawing
 from graphstipple.options import Options
 
-ImportanceLike: TypeAlias = "str | os.PathLike[str] | Image.Image | npt.NDArray[Any] | None"
-"""A name, a path, a PIL image or an array."""
+ImportanceMap: TypeAlias = "os.PathLike[str] | Image.Image | npt.NDArray[Any]"
+"""A path, a PIL image or an array."""
+
+ImportanceLike: TypeAlias = "str | ImportanceMap | Callable[[npt.NDArray[np.float32]], ImportanceMap | str] | None"
+"""A name, a map, or what makes one of the photo's luma."""
 
 Progress: TypeAlias = "Callable[[str, float], object]"
 """Called with a stage's name and the fraction of the whole drawing that is done."""
@@ -40,9 +43,11 @@ def draw(
         The photo. A file (PNG, JPEG, TIFF, WebP) is decoded by Rust, as on the command line. An array is (height, width) or
         (height, width, channels): grey, grey and alpha, sRGB, or sRGB and alpha; bool, uint8, uint16, or floats in [0, 1].
         A colour profile is applied to files only: PIL images and arrays are taken as sRGB.
-    importance : str, path, PIL image or ndarray
+    importance : str, path, PIL image, ndarray or callable
         Where detail is wanted: "saliency" (the default), "none" (everywhere), "constant:V" with V in (0, 1], or a map of any
-        size, as a file, PIL image or array (height, width), white where detail is wanted.
+        size, as a file, PIL image or array (height, width), white where detail is wanted. A callable gets the photo's luma, float32
+        (height, width) in [0, 1], and returns any of these. The photo's own detail is mixed into saliency and maps as `detail`,
+        `floor` and `midtones` of the options say.
     options : Options, optional
         By default ``Options()``.
     progress : callable, optional
@@ -85,6 +90,8 @@ def _importance(
     if wanted is None:
         wanted = "saliency"
     start = time.perf_counter()
+    if callable(wanted):
+        wanted = wanted(luma.copy())
     if isinstance(wanted, str):
         kind = _core.importance_source(wanted)
         if kind == "constant":

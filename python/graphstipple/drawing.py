@@ -200,6 +200,7 @@ class Drawing:
 
         Smaller dots are enlarged, but only as far as they touch nothing; where that is not far enough they are dropped and
         what surrounds them fills their place. How many is in the new drawing's `stats`: `dots_enlarged` and `dots_dropped`.
+        Irregular dots are regions and stay as they are.
 
         Parameters
         ----------

@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,24 +31,53 @@ class Options:
         either and without a density, 0.3 a pixel and at most 300,000.
     nodes_per_pixel : float, optional
         Node budget per pixel, above 0, at most 16.
+    fineness : float
+        Factor on the node budget of a drawing without `density`, `nodes` and `nodes_per_pixel`, above 0, at most 16: below 1 shapes
+        are larger, above 1 finer.
+    detail : float
+        Share of the photo's own detail in the importance, against saliency (or, with a map of one's own, against 1), 0 to 1.
+    floor : float
+        The least importance, 0 to 1, before `midtones`: no part of the photo is left without nodes.
+    midtones : float
+        By how much less important black and white are than middle grey, 0 to 1.
     relax : int
         Lloyd steps between the two graphs, 0 to 100.
     k1, k2 : float
         Weights of the difference of values between two nodes and of their distance (per pixel), 0 to 1000.
     base : float
-        Dynamic alpha where there is no detail, 0 to 1.
+        Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1.
     detail_gain : float
         The paper's lambda: how much dynamic alpha grows with detail, 0 to 1000.
     rings : int
         Radius of the local mean in rings of the graph, 1 to 16.
-    importance_alpha, alpha : "dynamic" or float
-        Share of a node's error that is passed on, when the importance and when the tone is diffused: dynamic, or the same
-        everywhere, 0 (thresholding) to 1 (halftoning).
+    importance_alpha, alpha : "tonal", "dynamic" or float
+        Share of a node's error that is passed on, when the importance and when the tone is diffused: tonal (`base` in middle
+        tones, none at black and white), dynamic (the paper's), or the same everywhere, 0 (thresholding) to 1 (halftoning).
+    carry : {"area", "value"}
+        What is passed on when the tone is diffused: the error times the area of the node's cell, or the error's value.
+    tone_tolerance : float, optional
+        How far the drawing's mean tone may be from the photo's, 0 to 1; None leaves it as it comes.
+    crossings : {"tone", "midpoint"}
+        Where boundaries cross the edges between nodes: where the tone passes middle grey, or in the middle.
+    sharpen, local_contrast : float
+        Emphasis of details as fine as the nodes, and three times as coarse, before the diffusion, 0 to 100.
     stipple_scale : float
         A stipple's area relative to its node's cell, above 0, at most 4.
+    stipple_min : float
+        Least radius of a stipple where the triangles around its node have room for it, in pixels, 0 to 1000.
+    stipple_max : float, optional
+        Largest radius of a stipple, in pixels, above 0, at most 1000, not below `stipple_min`; by default as large as its cell
+        asks for.
+    irregularity : float
+        How far stipples are from round, 0 to 1. Above 0 they look made by hand: they are closed curves and count as regions.
+    seed : int
+        Which of the irregular shapes stipples have, 0 to 2^53.
     tolerance : float
-        How far a region's outline may lie from the one through all midpoints when it is drawn with fewer points, in pixels,
-        0 to 2; 0 keeps every midpoint.
+        How far a region's outline may lie from the one through all crossings when it is drawn with fewer points, in pixels,
+        0 to 2; 0 keeps every crossing.
+    linear : bool
+        Take the tone in linear light: the share of white that is drawn then reflects as much light as the photo's grey on a
+        screen.
     gamma : float
         The tone is raised to the power 1 / gamma (above 1 brightens), 0.1 to 10.
     contrast : float
@@ -70,16 +99,30 @@ class Options:
     density: float | None = None
     nodes: int | None = None
     nodes_per_pixel: float | None = None
+    fineness: float = 1.0
+    detail: float = 0.9
+    floor: float = 0.1
+    midtones: float = 0.7
     relax: int = 1
     k1: float = 1.0
     k2: float = 0.1
-    base: float = 0.5
+    base: float = 0.26
     detail_gain: float = 6.0
     rings: int = 1
-    importance_alpha: Literal["dynamic"] | float = "dynamic"
-    alpha: Literal["dynamic"] | float = "dynamic"
+    importance_alpha: Literal["tonal", "dynamic"] | float = 1.0
+    alpha: Literal["tonal", "dynamic"] | float = "tonal"
+    carry: Literal["area", "value"] = "area"
+    tone_tolerance: float | None = 0.02
+    crossings: Literal["tone", "midpoint"] = "tone"
+    sharpen: float = 2.5
+    local_contrast: float = 1.5
     stipple_scale: float = 1.0
+    stipple_min: float = 0.0
+    stipple_max: float | None = None
+    irregularity: float = 0.0
+    seed: int = 0
     tolerance: float = 0.25
+    linear: bool = False
     gamma: float = 1.0
     contrast: float = 1.0
     invert: bool = False
@@ -99,7 +142,9 @@ class Options:
 
     @classmethod
     def paper(cls, **changes: Any) -> Options:
-        """Return the paper's settings: density 1, no node budget, tolerance 0, with single ones changed by keyword.
+        """Return the paper's settings, with single ones changed by keyword.
+
+        Density 1, no node budget, none of what we add to the method, tolerance 0.
 
         Parameters
         ----------
@@ -110,7 +155,29 @@ class Options:
         -------
         Options
         """
-        return cls(**{**json.loads(_core.paper_options()), **changes})
+        return cls.preset("paper", **changes)
+
+    @classmethod
+    def preset(cls, name: str, **changes: Any) -> Options:
+        """Return the options of a preset (see `graphstipple.presets`), with single ones changed by keyword.
+
+        Parameters
+        ----------
+        name : str
+            Name of the preset.
+        **changes
+            Options that differ from the preset's.
+
+        Returns
+        -------
+        Options
+
+        Raises
+        ------
+        InvalidInputError
+            If there is no preset of this name.
+        """
+        return cls(**{**json.loads(_core.preset_options(name)), **changes})
 
     def replace(self, **changes: Any) -> Options:
         """Return the same options with single ones changed by keyword.
@@ -132,3 +199,23 @@ class Options:
             return json.dumps(dataclasses.asdict(self), allow_nan=False)
         except TypeError as error:
             raise InvalidInputError(f"an option has a type that no option has: {error}") from None
+
+
+class Preset(NamedTuple):
+    """A named set of options: ``Options.preset(name)``."""
+
+    name: str
+    description: str
+    """What it gives, in a few words."""
+    inks: Literal["black", "white", "both"]
+    """What a flat vector file is best written with: the `inks` of `Drawing.save`. The command line does so by itself."""
+
+
+def presets() -> list[Preset]:
+    """Return all presets, the default first.
+
+    Returns
+    -------
+    list of Preset
+    """
+    return [Preset(name, description, inks) for name, description, inks in _core.presets()]

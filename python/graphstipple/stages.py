@@ -1,7 +1,8 @@
 """The stages of the method, each callable alone on arrays.
 
-In the order of the pipeline: `tone`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and node budget in one), `relax`,
-`triangulate`, `cells`, `diffuse`, `components`, `outline`. They are the functions that `graphstipple.draw` runs.
+In the order of the pipeline: `tone`, `emphasize`, `importance`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and
+node budget in one), `relax`, `triangulate`, `cells`, `bend`, `diffuse`, `components`, `outline`. They are the functions that
+`graphstipple.draw` runs.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
 converted by copying. Every function raises `InvalidInputError` for arrays that break its rules.
@@ -26,9 +27,12 @@ __all__ = [
     "Lattice",
     "LatticeLabels",
     "Outline",
+    "bend",
     "cells",
     "components",
     "diffuse",
+    "emphasize",
+    "importance",
     "lattice",
     "lattice_labels",
     "outline",
@@ -83,7 +87,7 @@ class Outline(NamedTuple):
 
 
 def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.float32]:
-    """Return the tone of an image: its luma (Rec. 601, of the sRGB-encoded values) under `gamma`, `contrast` and `invert`.
+    """Return the tone of an image: its luma (Rec. 601, of sRGB-encoded values) under `linear`, `gamma`, `contrast` and `invert`.
 
     Parameters
     ----------
@@ -104,6 +108,70 @@ def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.flo
     """
     options = options or Options()
     return _core.adjust(read_luma(image, options.background), options._json())
+
+
+def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArray[np.float32]:
+    """Return the tone with details emphasized as `sharpen` and `local_contrast` say, at the spacing of the nodes.
+
+    Parameters
+    ----------
+    tone : array_like, (height, width)
+        In [0, 1].
+    options : Options, optional
+        By default ``Options()``; the node budget gives the spacing.
+
+    Returns
+    -------
+    ndarray of float32, (height, width)
+    """
+    return _core.emphasize(_field("tone", tone), (options or Options())._json())
+
+
+def importance(
+    tone: npt.ArrayLike, map_: npt.ArrayLike, options: Options | None = None, *, is_saliency: bool = True
+) -> npt.NDArray[np.float32]:
+    """Return the importance that the nodes are chosen by: a map with the photo's detail mixed in (docs/method.md).
+
+    Parameters
+    ----------
+    tone : array_like, (height, width)
+        In [0, 1], before `emphasize`.
+    map_ : array_like, (rows, columns)
+        In [0, 1]; resampled to the tone.
+    options : Options, optional
+        By default ``Options()``; `detail`, `floor`, `midtones`, the emphasis and the node budget count.
+    is_saliency : bool
+        Whether the map is a saliency map, which is mixed with the detail, or a map of one's own, which is a factor on it.
+
+    Returns
+    -------
+    ndarray of float32, (height, width)
+    """
+    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._json())
+
+
+def bend(tones: npt.ArrayLike, amount: float) -> npt.NDArray[np.float32]:
+    """Return tones made lighter (above 0) or darker, black and white unchanged: how a drawing gets the photo's mean.
+
+    Parameters
+    ----------
+    tones : array_like, (n,)
+        In [0, 1].
+    amount : float
+        Above -0.5 and below 0.5; ``drawing.stats["tone_bend"]`` is what a drawing was made with.
+
+    Returns
+    -------
+    ndarray of float32, (n,)
+
+    Raises
+    ------
+    InvalidInputError
+        If the amount lies outside its range.
+    """
+    if not -0.5 < amount < 0.5:
+        raise InvalidInputError(f"amount is {amount}, but it must be above -0.5 and below 0.5")
+    return _core.bend(_array("tones", tones, np.float32, 1), amount)
 
 
 def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
@@ -247,10 +315,11 @@ def diffuse(
     edges: npt.ArrayLike,
     values: npt.ArrayLike,
     *,
-    alpha: Literal["dynamic"] | float = "dynamic",
+    areas: npt.ArrayLike | None = None,
+    alpha: Literal["tonal", "dynamic"] | float = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.5,
+    base: float = 0.26,
     detail_gain: float = 6.0,
     rings: int = 1,
 ) -> npt.NDArray[np.uint8]:
@@ -264,6 +333,8 @@ def diffuse(
         Every edge once, in either direction.
     values : array_like, (n,)
         Starting values, finite; tone lies in [0, 1].
+    areas : array_like, (n,), optional
+        Cell area of every node in px^2, for errors that are carried by area; without, they are carried by value.
     alpha, k1, k2, base, detail_gain, rings
         As in `graphstipple.Options`.
 
@@ -274,7 +345,8 @@ def diffuse(
     """
     options = Options(alpha=alpha, k1=k1, k2=k2, base=base, detail_gain=detail_gain, rings=rings)
     starting = _array("values", values, np.float32, 1)
-    return _core.diffuse(_sites(sites), _edges(edges), starting, options._json())
+    cell_areas = None if areas is None else _array("areas", areas, np.float64, 1)
+    return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._json())
 
 
 def components(edges: npt.ArrayLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint32]:
@@ -302,7 +374,12 @@ def outline(
     height: int,
     *,
     areas: npt.ArrayLike | None = None,
+    tones: npt.ArrayLike | None = None,
     stipple_scale: float = 1.0,
+    stipple_min: float = 0.0,
+    stipple_max: float | None = None,
+    irregularity: float = 0.0,
+    seed: int = 0,
     tolerance: float = 0.25,
 ) -> Outline:
     """Return the stipples and regions of labelled sites (docs/method.md).
@@ -317,21 +394,29 @@ def outline(
         Canvas in pixels.
     areas : array_like, (n,), optional
         Cell area of every node in px^2; by default by `cells`.
-    stipple_scale : float
-        A stipple's area relative to its node's cell, above 0, at most 4.
-    tolerance : float
-        How far an outline may lie from the one through all midpoints, in pixels, 0 to 2; 0 keeps every midpoint.
+    tones : array_like, (n,), optional
+        Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
+    stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance
+        As in `Options`.
 
     Returns
     -------
     Outline
     """
     positions = _sites(sites)
-    options = Options(stipple_scale=stipple_scale, tolerance=tolerance)
+    options = Options(
+        stipple_scale=stipple_scale,
+        stipple_min=stipple_min,
+        stipple_max=stipple_max,
+        irregularity=irregularity,
+        seed=seed,
+        tolerance=tolerance,
+    )
     cell_areas = cells(positions, width, height).areas if areas is None else _array("areas", areas, np.float64, 1)
     values = _array("labels", labels, np.uint8, 1)
     canvas = _count("width", width), _count("height", height)
-    stipples, regions = _core.outline(positions, values, cell_areas, *canvas, options._json())
+    followed = None if tones is None else _array("tones", tones, np.float32, 1)
+    stipples, regions = _core.outline(positions, values, cell_areas, followed, canvas, options._json())
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
 
 

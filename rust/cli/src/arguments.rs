@@ -9,7 +9,8 @@ use graphstipple_core::export::Export;
 use graphstipple_core::importance::Source;
 use graphstipple_core::layers::{Inks, Style};
 use graphstipple_core::layout::{Layout, Length, Page};
-use graphstipple_core::{Alpha, LatticeKind, Options, field, tone};
+use graphstipple_core::presets::{self, Preset};
+use graphstipple_core::{Alpha, Carry, Crossings, LatticeKind, Options, field, tone};
 
 use crate::error::{Error, Result};
 use crate::files::{Format, is_same_file};
@@ -80,9 +81,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true, help_heading = "Size on paper")]
     min_dot: Option<Length>,
 
-    /// Start from the settings of the paper (density 1, no node budget, tolerance 0); other options change single ones
+    /// Start from the options of a preset, see --list-presets; other options change single ones; default default
+    #[arg(long, value_name = "NAME", value_parser = parse_preset, help_heading = "Nodes")]
+    preset: Option<Preset>,
+
+    /// Print the presets and what they give, and do nothing else
+    // Acted on before the arguments are parsed, since it needs no photo: here for the help.
     #[arg(long, help_heading = "Nodes")]
-    paper: bool,
+    list_presets: bool,
 
     /// Where detail is wanted: saliency, none (everywhere), constant:V with V above 0 to 1, or an image file (white is important);
     /// default saliency
@@ -105,6 +111,22 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Nodes")]
     nodes_per_pixel: Option<f64>,
 
+    /// Factor on the default node budget: below 1 larger shapes, above 1 finer ones, above 0 to 16; default 1
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, help_heading = "Nodes")]
+    fineness: Option<f64>,
+
+    /// Share of the photo's own detail in the importance, against saliency (or against 1, with an image file), 0 to 1; default 0.9
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
+    detail: Option<f64>,
+
+    /// Least importance, so that no part is left without nodes, 0 to 1; default 0.1
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
+    floor: Option<f64>,
+
+    /// By how much less important black and white are than middle grey, 0 to 1; default 0.7
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
+    midtones: Option<f64>,
+
     /// Lloyd steps that even out the kept nodes, 0 to 100; default 1
     #[arg(long, value_name = "STEPS", help_heading = "Nodes")]
     relax: Option<u32>,
@@ -117,7 +139,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     k2: Option<f64>,
 
-    /// Dynamic alpha where there is no detail, 0 to 1; default 0.5
+    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.26
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     base: Option<f64>,
 
@@ -129,22 +151,62 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "RINGS", help_heading = "Diffusion")]
     rings: Option<u32>,
 
-    /// Share of the error that is passed on when nodes are chosen by importance: dynamic, or 0 to 1; default dynamic
+    /// Share of the error that is passed on when nodes are chosen by importance: 0 to 1, tonal or dynamic; default 1
     #[arg(long, value_name = "ALPHA", value_parser = parse_alpha, allow_negative_numbers = true, help_heading = "Diffusion")]
     importance_alpha: Option<Alpha>,
 
-    /// Share of the error that is passed on when nodes become black or white: dynamic, or 0 (threshold) to 1 (halftone);
-    /// default dynamic
+    /// Share of the error that is passed on when nodes become black or white: tonal (none at black and white), dynamic (the
+    /// paper's), or 0 (threshold) to 1 (halftone); default tonal
     #[arg(long, value_name = "ALPHA", value_parser = parse_alpha, allow_negative_numbers = true, help_heading = "Diffusion")]
     alpha: Option<Alpha>,
 
+    /// What is passed on: the error's value, or value times area of the node's cell; default area
+    #[arg(long, value_name = "KIND", value_parser = parse_carry, help_heading = "Diffusion")]
+    carry: Option<Carry>,
+
+    /// How far the drawing's mean tone may be from the photo's, 0 to 1; off leaves it as it comes; default 0.02
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tone_tolerance, allow_negative_numbers = true, help_heading = "Tone")]
+    tone_tolerance: Option<MaybeNumber>,
+
+    /// Emphasis of details as fine as the nodes, 0 to 100; default 2.5
+    #[arg(long, value_name = "AMOUNT", allow_negative_numbers = true, help_heading = "Tone")]
+    sharpen: Option<f64>,
+
+    /// Emphasis of details three times as coarse, 0 to 100; default 1.5
+    #[arg(long, value_name = "AMOUNT", allow_negative_numbers = true, help_heading = "Tone")]
+    local_contrast: Option<f64>,
+
+    /// Where boundaries cross the edges between nodes: at their midpoint, or where the tone passes middle grey; default tone
+    #[arg(long, value_name = "WHERE", value_parser = parse_crossings, help_heading = "Outlines")]
+    crossings: Option<Crossings>,
+
     /// Area of a stipple relative to its node's cell, above 0 to 4; default 1
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Stipples")]
     stipple_scale: Option<f64>,
+
+    /// Least radius of a stipple where there is room for it, in pixels, 0 to 1000; default 0
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, help_heading = "Stipples")]
+    stipple_min: Option<f64>,
+
+    /// Largest radius of a stipple, in pixels, above 0 to 1000; default: as large as its cell asks for
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, help_heading = "Stipples")]
+    stipple_max: Option<f64>,
+
+    /// How far stipples are from round, as if made by hand, 0 to 1; above 0 they are paths, counted as regions; default 0
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Stipples")]
+    irregularity: Option<f64>,
+
+    /// Which of the irregular shapes stipples have, 0 to 2^53; default 0
+    #[arg(long, value_name = "NUMBER", help_heading = "Stipples")]
+    seed: Option<u64>,
 
     /// How far curves may leave the boundaries that they smooth, in pixels, 0 (keep every point) to 2; default 0.25
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, help_heading = "Outlines")]
     tolerance: Option<f64>,
+
+    /// Take the tone in linear light: white then reflects as much light as the photo's grey on a screen
+    #[arg(long, help_heading = "Tone")]
+    linear: bool,
 
     /// Brightens above 1, darkens below, 0.1 to 10; default 1
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Tone")]
@@ -247,9 +309,12 @@ impl Arguments {
     }
 
     fn export(&self) -> Export {
+        let style = self.style.unwrap_or_default();
+        // A layered drawing has both inks, whatever the preset suggests.
+        let suggested = self.preset.as_ref().filter(|_| style == Style::Flat).map(|preset| preset.inks);
         Export {
-            style: self.style.unwrap_or_default(),
-            inks: self.inks.unwrap_or_default(),
+            style,
+            inks: self.inks.or(suggested).unwrap_or_default(),
             layout: Layout { width: self.width, margin: self.margin.unwrap_or_default(), page: self.page, dpi: self.dpi },
             one_bit: self.one_bit,
         }
@@ -261,11 +326,15 @@ impl Arguments {
                 *option = value;
             }
         }
-        let mut options = if self.paper { Options::paper() } else { Options::default() };
+        let mut options = self.preset.as_ref().map_or_else(Options::default, |preset| preset.options.clone());
         set(&mut options.lattice, self.lattice);
         set(&mut options.density, self.density.map(Some));
         set(&mut options.nodes, self.nodes.map(Some));
         set(&mut options.nodes_per_pixel, self.nodes_per_pixel.map(Some));
+        set(&mut options.fineness, self.fineness);
+        set(&mut options.detail, self.detail);
+        set(&mut options.floor, self.floor);
+        set(&mut options.midtones, self.midtones);
         set(&mut options.relax, self.relax);
         set(&mut options.k1, self.k1);
         set(&mut options.k2, self.k2);
@@ -274,8 +343,18 @@ impl Arguments {
         set(&mut options.rings, self.rings);
         set(&mut options.importance_alpha, self.importance_alpha);
         set(&mut options.alpha, self.alpha);
+        set(&mut options.carry, self.carry);
+        set(&mut options.tone_tolerance, self.tone_tolerance.map(|MaybeNumber(number)| number));
+        set(&mut options.crossings, self.crossings);
+        set(&mut options.sharpen, self.sharpen);
+        set(&mut options.local_contrast, self.local_contrast);
         set(&mut options.stipple_scale, self.stipple_scale);
+        set(&mut options.stipple_min, self.stipple_min);
+        set(&mut options.stipple_max, self.stipple_max.map(Some));
+        set(&mut options.irregularity, self.irregularity);
+        set(&mut options.seed, self.seed);
         set(&mut options.tolerance, self.tolerance);
+        set(&mut options.linear, self.linear.then_some(true));
         set(&mut options.gamma, self.gamma);
         set(&mut options.contrast, self.contrast);
         set(&mut options.invert, self.invert.then_some(true));
@@ -318,6 +397,10 @@ fn rule(error: graphstipple_core::Error) -> String {
     }
 }
 
+fn parse_preset(text: &str) -> Result<Preset, String> {
+    presets::preset(text).map_err(rule)
+}
+
 fn parse_style(text: &str) -> Result<Style, String> {
     match text {
         "flat" => Ok(Style::Flat),
@@ -345,8 +428,36 @@ fn parse_lattice(text: &str) -> Result<LatticeKind, String> {
 
 fn parse_alpha(text: &str) -> Result<Alpha, String> {
     match text {
+        "tonal" => Ok(Alpha::Tonal),
         "dynamic" => Ok(Alpha::Dynamic),
-        _ => text.parse().map(Alpha::Constant).map_err(|_| "it must be dynamic or a number between 0 and 1".into()),
+        _ => text.parse().map(Alpha::Constant).map_err(|_| "it must be tonal, dynamic or a number between 0 and 1".into()),
+    }
+}
+
+fn parse_carry(text: &str) -> Result<Carry, String> {
+    match text {
+        "value" => Ok(Carry::Value),
+        "area" => Ok(Carry::Area),
+        _ => Err("it must be value or area".into()),
+    }
+}
+
+fn parse_crossings(text: &str) -> Result<Crossings, String> {
+    match text {
+        "midpoint" => Ok(Crossings::Midpoint),
+        "tone" => Ok(Crossings::Tone),
+        _ => Err("it must be midpoint or tone".into()),
+    }
+}
+
+/// A number, or `off`.
+#[derive(Debug, Clone, Copy)]
+struct MaybeNumber(Option<f64>);
+
+fn parse_tone_tolerance(text: &str) -> Result<MaybeNumber, String> {
+    match text {
+        "off" => Ok(MaybeNumber(None)),
+        _ => text.parse().map(|number| MaybeNumber(Some(number))).map_err(|_| "it must be off or a number between 0 and 1".into()),
     }
 }
 
@@ -370,20 +481,34 @@ mod tests {
     fn no_options_are_the_defaults_and_paper_is_the_papers() {
         let plain = job("").unwrap();
         assert_eq!((plain.options, plain.importance, plain.background), (Options::default(), Source::Saliency, [255; 3]));
-        assert_eq!(job("--paper").unwrap().options, Options::paper());
-        assert_eq!(job("--paper --relax 3").unwrap().options, Options { relax: 3, ..Options::paper() });
+        assert_eq!(job("--preset paper").unwrap().options, Options::paper());
+        assert_eq!(job("--preset paper --relax 3").unwrap().options, Options { relax: 3, ..Options::paper() });
+    }
+
+    #[test]
+    fn a_preset_suggests_inks() {
+        let inks = |arguments| job(arguments).unwrap().export.inks;
+        assert_eq!(inks("--preset scratchboard"), Inks::White);
+        assert_eq!(inks("--preset scratchboard --inks both"), Inks::Both);
+        assert_eq!(inks("--preset scratchboard --style layered"), Inks::Black);
     }
 
     #[test]
     fn every_option_arrives() {
-        let all = "--lattice square --density 1.5 --nodes 60000 --relax 2 --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 \
-                   --importance-alpha 0.5 --alpha 1 --stipple-scale 0.9 --tolerance 0.5 --gamma 1.1 --contrast 1.2 --invert --threads 2 \
-                   --background #0aF01b";
+        let all = "--lattice square --density 1.5 --nodes 60000 --fineness 2 --detail 0.7 --floor 0.1 --midtones 0.5 --relax 2 \
+                   --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --alpha 1 --carry value \
+                   --tone-tolerance off --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
+                   --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.5 --linear --gamma 1.1 --contrast 1.2 --invert \
+                   --threads 2 --background #0aF01b";
         let expected = Options {
             lattice: LatticeKind::Square,
             density: Some(1.5),
             nodes: Some(60_000),
             nodes_per_pixel: None,
+            fineness: 2.0,
+            detail: 0.7,
+            floor: 0.1,
+            midtones: 0.5,
             relax: 2,
             k1: 3.0,
             k2: 0.25,
@@ -392,8 +517,18 @@ mod tests {
             rings: 4,
             importance_alpha: Alpha::Constant(0.5),
             alpha: Alpha::Constant(1.0),
+            carry: Carry::Value,
+            tone_tolerance: None,
+            crossings: Crossings::Midpoint,
+            sharpen: 3.0,
+            local_contrast: 2.0,
             stipple_scale: 0.9,
+            stipple_min: 0.5,
+            stipple_max: Some(2.0),
+            irregularity: 0.25,
+            seed: 7,
             tolerance: 0.5,
+            linear: true,
             gamma: 1.1,
             contrast: 1.2,
             invert: true,
@@ -401,6 +536,7 @@ mod tests {
             background: "#0aF01b".to_owned(),
         };
         assert_eq!(job(all).unwrap().options, expected);
+        assert_eq!(job("--tone-tolerance 0.1").unwrap().options.tone_tolerance, Some(0.1));
         assert_eq!(job("--nodes-per-pixel 0.2").unwrap().options.nodes_per_pixel, Some(0.2));
         let job = job("--importance constant:0.5 --background #0aF01b").unwrap();
         assert_eq!((job.importance, job.background), (Source::Constant(0.5), [10, 240, 27]));
@@ -425,8 +561,10 @@ mod tests {
         for (arguments, message) in [
             ("--detail-gain -1", "--detail-gain is -1, but it must be between 0 and 1000"),
             ("--gamma NaN", "--gamma is NaN, but it must be between 0.1 and 10"),
-            ("--alpha 1.5", "--alpha is 1.5, but it must be \"dynamic\" or a number between 0 and 1"),
+            ("--alpha 1.5", "--alpha is 1.5, but it must be \"tonal\", \"dynamic\" or a number between 0 and 1"),
             ("--importance constant:2", "--importance is constant:2, but it must be constant:V with V above 0 and at most 1"),
+            ("--stipple-min 2 --stipple-max 1", "--stipple-max is 1, but it must be at least the least radius"),
+            ("--irregularity 1.1", "--irregularity is 1.1, but it must be between 0 and 1"),
             ("--width 0mm", "--width is 0mm, but it must be between 0.1mm and 100000mm"),
             ("--margin 1e9", "--margin is 1000000000px, but it must be between 0 and 100000mm"),
             ("--dpi 300", "--dpi is 300, but it must be left out unless the file is a .png: the others have no pixels"),

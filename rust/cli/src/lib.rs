@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use graphstipple_core::importance::{Importance, Source};
+use graphstipple_core::presets::presets;
 use graphstipple_core::{Control, Field, pipeline, raster, saliency, tone};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -41,6 +42,10 @@ const STEPS: u64 = 1000;
 ///
 /// Returns the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted. What went wrong is one line on standard error.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> bool) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if arguments.iter().skip(1).any(|argument| argument == "--list-presets") {
+        return print(io::stdout(), list_of_presets().as_bytes()).map_or_else(|error| report(&error), |()| 0);
+    }
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) if !error.use_stderr() => {
@@ -54,6 +59,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn()
         Ok(()) => 0,
         Err(error) => report(&error),
     }
+}
+
+/// A line for each preset: its name and what it gives.
+fn list_of_presets() -> String {
+    let all = presets();
+    let longest = all.iter().map(|preset| preset.name.len()).max().unwrap_or(0);
+    all.iter().map(|preset| format!("{:longest$}  {}\n", preset.name, preset.description)).collect()
 }
 
 /// Tells an error in one line; returns its exit code.

@@ -19,6 +19,7 @@ use crate::diffusion::{Diffusion, diffuse};
 use crate::error::{Error, Result};
 use crate::graph::Adjacency;
 use crate::lattice::Lattice;
+use crate::noise::noise;
 use crate::params::Alpha;
 
 /// How far from the budget the number of kept nodes may be, as a share of it.
@@ -34,14 +35,6 @@ const FLOOR: f32 = 1.0 / 1024.0;
 /// Share by which that importance varies from node to node, so that flat parts do not fall into a few regular patterns with jumps
 /// between them. Less leaves jumps at small budgets; more is seen as noise.
 const JITTER: f32 = 0.2;
-
-/// A number in [-1, 1) that depends on the node alone (the finalizer of SplitMix64).
-fn noise(node: usize) -> f32 {
-    let mut z = (node as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 23) as f32 - 1.0
-}
 
 /// The labels of the first phase under a budget of `nodes`, and the factor that gave them.
 ///
@@ -65,7 +58,7 @@ pub(crate) fn meet(
         return Ok((found.labels, found.factor));
     }
     let plain = Diffusion { alpha: Alpha::Constant(1.0), ..*parameters };
-    let lifted: Vec<f32> = values.iter().enumerate().map(|(i, v)| (v + FLOOR) * (1.0 + JITTER * noise(i))).collect();
+    let lifted: Vec<f32> = values.iter().enumerate().map(|(i, v)| (v + FLOOR) * (1.0 + JITTER * noise(i as u64))).collect();
     let found = search(lattice, &lifted, nodes, &plain, control)?;
     Ok((found.labels, found.factor))
 }
@@ -88,11 +81,11 @@ fn search(lattice: &Lattice, values: &[f32], nodes: f64, parameters: &Diffusion,
     let attempt = |guess: f64| -> Result<Attempt> {
         let factor = sums.factor(guess);
         let scaled: Vec<f32> = values.iter().map(|v| (f64::from(*v) * factor).min(1.0) as f32).collect();
-        let labels = diffuse(lattice, &scaled, parameters, control)?;
+        let labels = diffuse(lattice, &scaled, None, parameters, control)?;
         let kept = labels.iter().filter(|label| **label == 1).count() as f64;
         Ok(Attempt { sum: sums.at(factor), kept, found: Found { labels, factor, miss: (kept - nodes).abs() } })
     };
-    let lost = if parameters.alpha == Alpha::Dynamic { LOST } else { LOST_AT_ALPHA_1 };
+    let lost = if matches!(parameters.alpha, Alpha::Constant(_)) { LOST_AT_ALPHA_1 } else { LOST };
     let guesses = lost.map(|share| (nodes + share * all).min(all));
     let (first, second) = rayon::join(|| attempt(guesses[0]), || attempt(guesses[1]));
     let mut attempts = vec![first?, second?];
@@ -143,7 +136,7 @@ struct Attempt {
 /// How much further than what is missing a guess goes.
 const OVERSHOOT: f64 = 1.2;
 
-/// Shares of all nodes by which a dynamic diffusion keeps fewer than the sum: low and high on photos, at 0.3 nodes a pixel.
+/// Shares of all nodes by which a diffusion that drops errors keeps fewer than the sum: low and high on photos, at 0.3 nodes a pixel.
 const LOST: [f64; 2] = [0.022, 0.034];
 
 /// The same at alpha = 1, which loses next to nothing.
@@ -207,7 +200,7 @@ mod tests {
     fn kept(values: impl Fn(usize) -> f32, nodes: f64) -> f64 {
         let lattice = Lattice::new(LatticeKind::Hexagonal, 80, 60, 1.0).unwrap();
         let values: Vec<f32> = (0..lattice.len()).map(values).collect();
-        let parameters = Diffusion::of_importance(&Options::default());
+        let parameters = Diffusion::of_importance(&Options::paper());
         let (labels, _) = meet(&lattice, &values, nodes, &parameters, &Control::new()).unwrap();
         labels.iter().filter(|l| **l == 1).count() as f64
     }
@@ -230,7 +223,7 @@ mod tests {
     #[test]
     fn a_budget_beyond_the_lattice_is_refused() {
         let lattice = Lattice::new(LatticeKind::Square, 10, 10, 1.0).unwrap();
-        let parameters = Diffusion::of_importance(&Options::default());
+        let parameters = Diffusion::of_importance(&Options::paper());
         let error = meet(&lattice, &[0.5; 100], 150.0, &parameters, &Control::new()).unwrap_err().to_string();
         assert_eq!(error, "the node budget is 150, but the lattice has only 100 nodes: a higher density makes more");
     }

@@ -57,7 +57,7 @@ impl Ink {
     }
 }
 
-/// A component of one node, drawn as a dot.
+/// A component of one node, drawn as a round dot. (An irregular one is a [`Region`].)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stipple {
     /// Centre in pixels.
@@ -85,7 +85,8 @@ impl Stipple {
     }
 }
 
-/// A component of two or more nodes (or of one that the canvas cuts into more than a dot), drawn as a closed path.
+/// A component of two or more nodes, drawn as a closed path; or of one, if its dot is irregular or the canvas cuts it into more
+/// than a dot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     /// What it is drawn with.
@@ -162,13 +163,16 @@ pub struct Stats {
     pub node_budget: Option<usize>,
     /// The factor on the importance that meets the budget; 1 without one.
     pub importance_factor: f64,
+    /// By how much the tones of the nodes were bent to give the drawing the photo's mean: see [`crate::mean_tone::bend`].
+    pub tone_bend: f64,
     /// Nodes of the second graph.
     pub nodes: usize,
     /// Components drawn as dots.
     pub stipples: usize,
     /// Components drawn as closed paths.
     pub regions: usize,
-    /// Midpoints of crossing edges that region boundaries pass through, plus stipples: before smoothing and simplification.
+    /// Midpoints of crossing edges that region boundaries pass through, plus stipples, irregular ones too: before smoothing and
+    /// simplification.
     pub vertices: usize,
     /// On-curve points written; a dot counts one.
     pub anchors: usize,

@@ -4,6 +4,8 @@
 //! `[c, c+1) x [r, r+1)`; its centre is `(c + 0.5, r + 0.5)`. Rasters are row-major. 0 is black, 1 is white.
 //! What this module does not do: colour (see [`crate::tone`]) and cells (see [`crate::voronoi`]).
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 /// The longest side that an image may have, in pixels. It keeps every pixel and sample index within 32 bits a side, and
@@ -123,6 +125,69 @@ impl Field {
     }
 }
 
+/// How far a Gaussian kernel reaches, in sigmas: what lies beyond is 3 in a thousand.
+const KERNEL_REACH: f64 = 3.0;
+
+impl Field {
+    /// The field under a Gaussian of `sigma` pixels, cut at three sigmas, the field mirrored at its borders. Sigma 0 changes nothing.
+    ///
+    /// The result does not depend on the number of threads or the platform.
+    pub(crate) fn blurred(&self, sigma: f64) -> Self {
+        let kernel = gaussian(sigma);
+        let (width, height) = (self.width, self.height);
+        let reach = kernel.len() / 2;
+        let mut across = vec![0.0f32; width * height];
+        let blur_row = |padded: &mut Vec<f32>, (source, target): (&[f32], &mut [f32])| {
+            padded.clear();
+            padded.extend((0..width + 2 * reach).map(|i| source[mirrored(i as isize - reach as isize, width)]));
+            for (offset, weight) in kernel.iter().enumerate() {
+                add(target, &padded[offset..offset + width], *weight);
+            }
+        };
+        self.values.par_chunks_exact(width).zip(across.par_chunks_exact_mut(width)).for_each_init(Vec::new, blur_row);
+        let mut values = vec![0.0f32; width * height];
+        values.par_chunks_exact_mut(width).enumerate().for_each(|(y, target)| {
+            for (offset, weight) in kernel.iter().enumerate() {
+                let row = mirrored((y + offset) as isize - reach as isize, height);
+                add(target, &across[row * width..(row + 1) * width], *weight);
+            }
+            for value in target {
+                *value = value.min(1.0);
+            }
+        });
+        Self { width, height, values }
+    }
+
+    /// The mean of all values.
+    pub(crate) fn mean(&self) -> f64 {
+        // Row by row, so that the sum is the same however the rows are shared out.
+        let rows: Vec<f64> = self.values.par_chunks_exact(self.width).map(|row| row.iter().map(|v| f64::from(*v)).sum()).collect();
+        rows.iter().sum::<f64>() / self.values.len() as f64
+    }
+}
+
+fn add(target: &mut [f32], source: &[f32], weight: f32) {
+    for (value, source) in target.iter_mut().zip(source) {
+        *value += weight * source;
+    }
+}
+
+/// Weights that sum to 1, an odd number of them.
+fn gaussian(sigma: f64) -> Vec<f32> {
+    let reach = (KERNEL_REACH * sigma).ceil() as i64;
+    let weights: Vec<f64> =
+        (-reach..=reach).map(|i| if i == 0 { 1.0 } else { libm::exp(-0.5 * (i as f64 / sigma).powi(2)) }).collect();
+    let total: f64 = weights.iter().sum();
+    weights.iter().map(|w| (w / total) as f32).collect()
+}
+
+/// Index `i` on an axis of `length`, mirrored about its borders as often as it takes: ..., 1, 0, 0, 1, ..., n - 1, n - 1, n - 2, ...
+fn mirrored(i: isize, length: usize) -> usize {
+    let period = 2 * length;
+    let at = i.rem_euclid(period as isize) as usize;
+    at.min(period - 1 - at)
+}
+
 /// # Errors
 /// [`Error::Input`] if a side is 0 or above [`MAX_SIDE`].
 pub(crate) fn check_size(width: usize, height: usize) -> Result<()> {
@@ -196,6 +261,25 @@ mod tests {
         assert_eq!(field.bilinear(1.5, 1.5), 0.25);
         assert_eq!(field.bilinear(1.0, 0.5), 0.5);
         assert_eq!(field.bilinear(-3.0, 9.0), 0.5);
+    }
+
+    #[test]
+    fn blurring_spreads_a_point_and_keeps_the_mean_up_to_the_border() {
+        let mut values = vec![0.0; 31 * 21];
+        values[10 * 31 + 15] = 1.0;
+        let field = Field::new(31, 21, values).unwrap();
+        let blurred = field.blurred(2.0);
+        assert!((blurred.mean() - field.mean()).abs() < 1e-8);
+        // The density of a Gaussian of sigma 2 in its middle and two sigmas away.
+        let expected = |d: f64| (-0.5 * (d / 2.0).powi(2)).exp() / (8.0 * std::f64::consts::PI);
+        assert!((f64::from(blurred.at(15, 10)) - expected(0.0)).abs() < 3e-4);
+        assert!((f64::from(blurred.at(19, 10)) - expected(4.0)).abs() < 3e-4);
+        assert_eq!(blurred.at(15, 6), blurred.at(15, 14));
+        assert_eq!(field.blurred(0.0), field);
+        // A kernel much wider than the field, and a flat field.
+        assert!((f64::from(Field::new(2, 1, vec![0.0, 1.0]).unwrap().blurred(9.0).at(0, 0)) - 0.5).abs() < 0.01);
+        assert!(Field::constant(5, 4, 1.0).unwrap().blurred(1.3).values().iter().all(|v| (*v - 1.0).abs() < 1e-6 && *v <= 1.0));
+        assert_eq!([-3, -1, 0, 2, 3, 7].map(|i| mirrored(i, 3)), [2, 0, 0, 2, 2, 1]);
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! Fitting: from the midpoints of a chain to the curve that is drawn.
+//! Fitting: from the points in which a chain crosses the graph's edges to the curve that is drawn.
 //!
 //! # The idea
-//! The smoothed chain is a uniform quadratic B-spline whose control points are the midpoints of the chain's crossing edges; its
-//! pieces join in the middle between two midpoints. That is the full outline, which tolerance 0 draws. With a tolerance, runs of
+//! The smoothed chain is a uniform quadratic B-spline whose control points are the chain's crossings (the midpoints of its crossing
+//! edges, or other points on them); its pieces join in the middle between two crossings. That is the full outline, which tolerance 0 draws. With a tolerance, runs of
 //! its pieces are replaced by one cubic Bezier curve each, as long as possible, that begins where and in the direction in which the
 //! last one ended. Each curve is fitted once and shared by both sides, so neighbours always fit.
 //!
@@ -15,7 +15,7 @@
 //! chain alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
 //! two nodes, can touch no other chain and not itself, whatever the tolerance. Every curve is walked along like that, as it is
 //! flattened for regions and much finer, with the rounded coordinates that are written to files. One that strays is made shorter,
-//! at last a corner at the midpoint, which cannot stray. (The paper's own splines have no such guarantee.)
+//! at last a corner at the crossing, which cannot stray. (The paper's own splines have no such guarantee.)
 //!
 //! # Coordinates
 //! All points lie on a grid of a power of two to the pixel, so that files hold them exactly in few digits; where the grid is too
@@ -28,7 +28,7 @@ use crate::drawing::{FLATTENING_TOLERANCE, Frame, flatten_cubic, flatten_quad, s
 use crate::least_radius::distance_to_segment;
 use crate::triangulation::Side;
 
-/// A closed loop below this area, in px^2, is rescaled to the area of its polygon of midpoints: the spline shrinks such small
+/// A closed loop below this area, in px^2, is rescaled to the area of its polygon of crossings: the spline shrinks such small
 /// loops by 5 % and more, which would lighten or darken textures made of them. Larger loops lose less than a dot prints.
 const RESCALED_LOOP_AREA: f64 = 20.0;
 
@@ -100,7 +100,7 @@ pub(crate) type CrossingEdge = [Point; 2];
 /// What a chain is fitted with.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit {
-    /// How far a curve may lie from the full outline, in pixels; 0 keeps every midpoint.
+    /// How far a curve may lie from the full outline, in pixels; 0 keeps every crossing.
     tolerance: f64,
     /// Units to a pixel of the grid of coordinates.
     pub(crate) units: f64,
@@ -116,11 +116,11 @@ impl Fit {
         Self { tolerance, units, full_units, frame }
     }
 
-    /// The curve of the chain that crosses `edges`, with black on its left. An open chain begins and ends on the given sides of the
+    /// The curve of the chain that crosses `edges` about in the points `crossings`, with black on its left. An open chain begins and ends on the given sides of the
     /// frame.
-    pub(crate) fn curve(&self, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> BezPath {
-        let sleeve = Sleeve::new(edges, ends, self.frame);
-        let outline = self.full_outline(edges, ends, &sleeve);
+    pub(crate) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], ends: Option<[Side; 2]>) -> BezPath {
+        let sleeve = Sleeve::new(edges, crossings, ends, self.frame);
+        let outline = self.full_outline(ends, &sleeve);
         let fitted = if self.tolerance > 0.0 { self.fitted(&outline, &sleeve) } else { None };
         let mut path = fitted.unwrap_or_else(|| outline.path());
         if outline.closed {
@@ -129,10 +129,10 @@ impl Fit {
         path
     }
 
-    /// The spline through all midpoints, on its grid.
-    fn full_outline(&self, edges: &[CrossingEdge], ends: Option<[Side; 2]>, sleeve: &Sleeve) -> Spline {
+    /// The spline through all crossings, on its grid.
+    fn full_outline(&self, ends: Option<[Side; 2]>, sleeve: &Sleeve) -> Spline {
         let fit = Self { units: self.full_units, ..*self };
-        let spline = Spline::new(self.frame, edges, ends);
+        let spline = Spline::new(self.frame, sleeve.crossings, sleeve.edges, ends);
         // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
         let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
         let snapped = joints(&controls, self.frame, ends);
@@ -149,17 +149,16 @@ impl Fit {
             let curved = candidates.find(|p| sleeve.holds_quad(&QuadBez::new(from, *p, to), k, directions, &mut scratch));
             (curved.unwrap_or_else(|| fit.corner(sleeve, k, [from, to], directions)), curved.is_none())
         };
-        let (controls, corners) = (0..edges.len()).map(&mut piece).unzip();
+        let (controls, corners) = (0..sleeve.edges.len()).map(&mut piece).unzip();
         Spline { controls, joints, corners, closed: spline.closed }
     }
 
-    /// Where piece k has its corner, if it is not a curve: the midpoint of its edge, on the coarsest grid with which it stays in its
+    /// Where piece k has its corner, if it is not a curve: where it crosses its edge, on the coarsest grid with which it stays in its
     /// cells.
     fn corner(&self, sleeve: &Sleeve, k: usize, [from, to]: [Point; 2], directions: [Vec2; 2]) -> Point {
-        let [black, white] = sleeve.edges[k];
-        let midpoint = black.midpoint(white);
-        let mut finer = FINER_GRIDS.iter().map(|finer| self.snap(midpoint, *finer));
-        finer.find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(midpoint)
+        let crossing = sleeve.crossings[k];
+        let mut finer = FINER_GRIDS.iter().map(|finer| self.snap(crossing, *finer));
+        finer.find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(crossing)
     }
 
     /// The outline with fewer points, or None if that strays further than the tolerance.
@@ -234,7 +233,7 @@ fn joints(controls: &[Point], frame: Frame, ends: Option<[Side; 2]>) -> Vec<Poin
 
 /// A chain's spline or full outline: control points and joints in turn.
 struct Spline {
-    /// The control point of every piece, near the midpoint of its crossing edge.
+    /// The control point of every piece, near where it crosses its edge.
     controls: Vec<Point>,
     /// `joints[k]` is where piece k begins and `joints[k + 1]` where it ends; for a closed chain the last is the first again.
     joints: Vec<Point>,
@@ -258,9 +257,9 @@ impl Flattened {
 }
 
 impl Spline {
-    /// The spline through the midpoints of a chain's edges.
-    fn new(frame: Frame, edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> Self {
-        let controls: Vec<Point> = edges.iter().map(|[black, white]| black.midpoint(*white)).collect();
+    /// The spline through the points in which a chain crosses its edges.
+    fn new(frame: Frame, crossings: &[Point], edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> Self {
+        let controls = crossings.to_vec();
         let mut spline =
             Self { joints: joints(&controls, frame, ends), corners: vec![false; controls.len()], controls, closed: ends.is_none() };
         if spline.closed {
@@ -332,7 +331,7 @@ impl Spline {
         [self.direction(k), self.direction(k + length)]
     }
 
-    /// Scales a small loop about its middle so that the spline has the area of the polygon of its midpoints, if every piece then
+    /// Scales a small loop about its middle so that the spline has the area of the polygon of its crossings, if every piece then
     /// still crosses its edge.
     fn rescale(&mut self, edges: &[CrossingEdge]) {
         let n = self.controls.len();
@@ -361,6 +360,8 @@ impl Spline {
 /// open chain lie between an edge and the frame.
 struct Sleeve<'a> {
     edges: &'a [CrossingEdge],
+    /// Where the chain crosses them.
+    crossings: &'a [Point],
     cells: Vec<Cell>,
     closed: bool,
     frame: Frame,
@@ -379,7 +380,7 @@ impl Cell {
 }
 
 impl<'a> Sleeve<'a> {
-    fn new(edges: &'a [CrossingEdge], ends: Option<[Side; 2]>, frame: Frame) -> Self {
+    fn new(edges: &'a [CrossingEdge], crossings: &'a [Point], ends: Option<[Side; 2]>, frame: Frame) -> Self {
         let n = edges.len();
         // With black on the left of the way, an edge has what comes before on its left from white to black.
         let between = |[black, white]: CrossingEdge, [next_black, next_white]: CrossingEdge| {
@@ -398,7 +399,7 @@ impl<'a> Sleeve<'a> {
                 std::iter::once(first).chain(inner).chain(std::iter::once(last)).collect()
             }
         };
-        Self { edges, cells, closed: ends.is_none(), frame }
+        Self { edges, crossings, cells, closed: ends.is_none(), frame }
     }
 
     fn cell(&self, k: usize) -> &Cell {

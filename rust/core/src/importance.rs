@@ -2,9 +2,20 @@
 //!
 //! Importance says where detail is wanted: 1 keeps every node, 0 none. What this module does not do: compute the saliency
 //! (see [`crate::saliency`]) or read files.
+//!
+//! # Ours
+//! Saliency alone (the paper's importance) leaves dark faces and wide skies without nodes, since it asks what differs from its
+//! surroundings at the scale of objects. What a drawing needs nodes for is local: detail as fine as the nodes can show, in tones
+//! that are neither black nor white anyway. So the importance is a floor, plus saliency and local detail in a given proportion, less
+//! where the tone is near black or white, where solid ink or bare paper will do. A user's map says where detail is wanted, so it is
+//! a factor on all of that; a constant is taken as it is.
 
+use rayon::prelude::*;
+
+use crate::emphasis;
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::params::Options;
 
 /// What a user asks for by a name: `saliency`, `none`, `constant:V`, or else the path of an image file.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,7 +83,35 @@ impl Importance {
         }
     }
 
-    /// The importance as a field of the canvas. A map that is 0 everywhere says nothing about where detail is wanted, so it
+    /// The importance that the nodes are chosen by, on the canvas of `tone`: the map alone, or with the photo's detail mixed in as
+    /// `detail`, `floor` and `midtones` of the options say. `emphasized` is the tone that is drawn, and `spacing` the distance of
+    /// kept nodes in pixels.
+    ///
+    /// # Errors
+    /// As [`Field::resample`].
+    pub fn mixed(&self, tone: &Field, emphasized: &Field, spacing: f64, options: &Options) -> Result<Field> {
+        let Options { detail: share, floor, midtones, .. } = *options;
+        let (width, height) = (tone.width(), tone.height());
+        let map = self.field(width, height)?;
+        if matches!(self, Self::Constant(_)) || [share, floor, midtones] == [0.0; 3] {
+            return Ok(map);
+        }
+        let detail = (share > 0.0).then(|| detail(tone, spacing));
+        let is_factor = matches!(self, Self::Map(_));
+        let mut values = map.into_values();
+        values.par_iter_mut().zip(emphasized.values()).enumerate().for_each(|(i, (value, tone))| {
+            let map = f64::from(*value);
+            let guess = if is_factor { 1.0 } else { map };
+            let detail = detail.as_ref().map_or(0.0, |d| f64::from(d[i]));
+            let wanted = floor + (1.0 - floor) * ((1.0 - share) * guess + share * detail);
+            let off_middle = 2.0 * f64::from(*tone) - 1.0;
+            let factor = if is_factor { map } else { 1.0 };
+            *value = (factor * wanted * (1.0 - midtones * off_middle * off_middle)).clamp(0.0, 1.0) as f32;
+        });
+        Field::new(width, height, values)
+    }
+
+    /// The map as a field of the canvas. A map that is 0 everywhere says nothing about where detail is wanted, so it
     /// stands for 1 everywhere (the saliency of flat and of tiny images is such a map).
     ///
     /// # Errors
@@ -84,6 +123,27 @@ impl Importance {
             Self::Saliency(map) | Self::Map(map) => map.resample(width, height),
         }
     }
+}
+
+/// The share of pixels whose detail counts as 1: single strong edges must not make all else seem flat.
+const STRONGEST: f64 = 0.01;
+
+/// Local detail of a tone, in [0, 1]: how far it is from its mean at the scale of the nodes, averaged over as much.
+fn detail(tone: &Field, spacing: f64) -> Vec<f32> {
+    let sigma = emphasis::FINE * spacing;
+    let blurred = tone.blurred(sigma);
+    let off: Vec<f32> = tone.values().par_iter().zip(blurred.values()).map(|(t, b)| (t - b).abs().min(1.0)).collect();
+    let off = Field::new(tone.width(), tone.height(), off).expect("the size is the tone's, and every value is in [0, 1]");
+    let mut detail = off.blurred(sigma).into_values();
+    let mut sorted = detail.clone();
+    let rank = ((1.0 - STRONGEST) * (sorted.len() - 1) as f64) as usize;
+    let strong = *sorted.select_nth_unstable_by(rank, f32::total_cmp).1;
+    // Less than a grey level of 16-bit images is no detail.
+    if strong < 1e-5 {
+        detail.fill(0.0);
+    }
+    detail.par_iter_mut().for_each(|d| *d = (*d / strong.max(1e-5)).min(1.0));
+    detail
 }
 
 #[cfg(test)]
@@ -105,5 +165,35 @@ mod tests {
     fn an_empty_map_stands_for_one_everywhere() {
         let map = Importance::Map(Field::constant(3, 2, 0.0).unwrap());
         assert_eq!(map.field(4, 4).unwrap(), Field::constant(4, 4, 1.0).unwrap());
+    }
+
+    #[test]
+    fn the_mix_has_a_floor_detail_and_less_of_black_and_white() {
+        // Flat black, flat middle grey, and a texture around middle grey.
+        let tone = |x: usize, y: usize| match x {
+            0..20 => 0.0,
+            20..40 => 0.5,
+            _ => 0.5 + if (x + y).is_multiple_of(2) { 0.1 } else { -0.1 },
+        };
+        let photo = Field::new(60, 20, (0..1200).map(|i| tone(i % 60, i / 60)).collect()).unwrap();
+        let saliency = Importance::Saliency(Field::constant(60, 20, 0.5).unwrap());
+        let options = Options { detail: 1.0, floor: 0.25, midtones: 0.8, ..Options::default() };
+        let at = |importance: &Importance, options: &Options| {
+            let field = importance.mixed(&photo, &photo, 2.0, options).unwrap();
+            [10, 30, 50].map(|x| (f64::from(field.at(x, 10)) * 1e4).round() / 1e4)
+        };
+        let [black, flat, textured] = at(&saliency, &options);
+        assert_eq!([black, flat], [0.05, 0.25]);
+        assert!(textured > 0.4, "{textured}");
+        // Saliency takes its share; alone it is taken as it is.
+        assert_eq!(at(&saliency, &Options { detail: 0.0, ..options.clone() })[1], 0.625);
+        assert_eq!(at(&saliency, &Options { detail: 0.0, floor: 0.0, midtones: 0.0, ..options.clone() }), [0.5; 3]);
+        // A user's map is a factor, a constant is what it says.
+        let map = Importance::Map(Field::constant(60, 20, 0.5).unwrap());
+        assert_eq!(at(&map, &options)[1], 0.125);
+        assert_eq!(at(&Importance::Constant(0.4), &options), [0.4; 3]);
+        // Of a flat photo nothing is detail.
+        let grey = Field::constant(9, 9, 0.5).unwrap();
+        assert!(saliency.mixed(&grey, &grey, 2.0, &options).unwrap().values().iter().all(|v| *v == 0.25));
     }
 }

@@ -28,7 +28,8 @@ enum Obstacle {
 
 impl Drawing {
     /// The drawing with every stipple's radius at least `least` px: smaller ones are enlarged to it where they then touch nothing,
-    /// the larger ones first, and left out (their hole is filled) where they would touch something.
+    /// the larger ones first, and left out (their hole is filled) where they would touch something. Irregular dots are regions and
+    /// stay as they are.
     ///
     /// # Errors
     /// [`crate::Error::Option`] if `least` is negative or not finite.

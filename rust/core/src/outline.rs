@@ -1,23 +1,23 @@
 //! Outlines: from labelled nodes to the marks of a drawing, after the paper.
 //!
 //! # The idea
-//! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from the midpoint of one of its
-//! crossing edges to that of the other. The pieces join to *chains*: closed ones, and open ones that begin and end on the frame.
+//! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from a point on one of its crossing
+//! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *chains*: closed ones, and open ones that begin and end on the frame.
 //! A chain with black on its left is the boundary between exactly two components, so its curve (see [`crate::fit`]) is made once
 //! and shared by both.
 //!
 //! # At the frame
 //! An open chain leaves through the edge between two sites whose cells both touch the frame, and goes straight to it, as the
-//! spline through the mirrored midpoints would. So curves meet the frame at a right angle, and nothing is drawn outside.
+//! spline through the mirrored crossings would. So curves meet the frame at a right angle, and nothing is drawn outside.
 //!
 //! # Stipples
 //! A component of one node is a dot with the area of the node's cell, shrunk until it stays inside the star of the node's
 //! triangles, where no other curve runs. At the frame it moves in until all of it is on the canvas. A node that cuts the canvas in
-//! two (its boundary is more than one chain) is a region.
+//! two (its boundary is more than one chain) is a region. With irregularity a dot is a closed curve (see [`crate::irregular`]).
 
 use std::f64::consts::PI;
 
-use kurbo::Point;
+use kurbo::{Point, Vec2};
 use rayon::prelude::*;
 
 use crate::assembly::{Parts, assemble};
@@ -26,7 +26,10 @@ use crate::control::Control;
 use crate::drawing::{Drawing, Frame, Ink, POLYGON_REACH, Stipple};
 use crate::error::{Error, Result};
 use crate::fit::{CrossingEdge, FINER_GRIDS, Fit};
+use crate::irregular::{Room, irregular};
 use crate::least_radius::distance_to_segment;
+use crate::noise::mixed;
+use crate::params::Options;
 use crate::triangulation::{Beside, Side, Triangulation};
 
 /// What the outline stage makes.
@@ -38,13 +41,47 @@ pub struct Outlines {
     pub vertices: usize,
 }
 
+/// What the outlines need to know of every node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nodes<'a> {
+    /// 0 black, 1 white.
+    pub labels: &'a [u8],
+    /// Area of every node's cell in px^2: a stipple gets `stipple_scale` times as much.
+    pub areas: &'a [f64],
+    /// Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
+    pub tones: Option<&'a [f32]>,
+}
+
 /// How marks are shaped; ranges as in [`crate::params::Options`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shaping {
     /// A stipple's area relative to its node's cell.
     pub stipple_scale: f64,
-    /// How far a curve may lie from the spline through the midpoints, in pixels.
+    /// Least radius of a stipple that has room for it, in pixels.
+    pub stipple_min: f64,
+    /// Largest radius of a stipple, in pixels.
+    pub stipple_max: Option<f64>,
+    /// How far stipples are from round; above 0 they are curves.
+    pub irregularity: f64,
+    /// Which irregular shapes they have.
+    pub seed: u64,
+    /// How far a curve may lie from the spline through the crossings, in pixels.
     pub tolerance: f64,
+}
+
+impl Shaping {
+    /// What the options say of shapes.
+    pub fn of(options: &Options) -> Self {
+        let Options { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance, .. } = *options;
+        Self { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance }
+    }
+
+    /// The radius that a dot in a cell of this area would like to have, on a grid of `units` to a pixel.
+    fn radius(&self, cell_area: f64, units: f64) -> f64 {
+        // Rounded down to the grid it must still be large enough.
+        let least = MIN_RADIUS.max(self.stipple_min + 0.02 / units);
+        (cell_area * self.stipple_scale / PI).sqrt().max(least).min(self.stipple_max.unwrap_or(f64::INFINITY))
+    }
 }
 
 /// The least radius that a dot would like to have, in pixels, for nodes so dense that no sample fell to their cell: the dot stays a
@@ -54,27 +91,48 @@ const MIN_RADIUS: f64 = 1.0 / 1024.0;
 /// How much finer the grid of dots is than that of curves, which are many points long: a dot that moves is seen.
 const DOT_GRID: f64 = 4.0;
 
-/// The part of the distance to the rim of its star that a dot may fill: its polygon reaches a little beyond its circle.
-const STAR_FILL: f64 = 0.99 / POLYGON_REACH;
+/// The part of the distance to the rim of its star that the outline of a dot may fill.
+const ROOM: f64 = 0.99;
+
+/// The part of it that the radius of a round dot may fill: its polygon reaches a little beyond its circle.
+const STAR_FILL: f64 = ROOM / POLYGON_REACH;
+
+/// How near to a node a boundary that follows the tone may come, as a fraction of the edge: nearer, thin slivers would be left
+/// between it and the next boundary.
+const NEAREST_CROSSING: f64 = 0.2;
+
+/// Where a boundary crosses the edge from a black to a white node, as a fraction of the way, by the tones of both: where the tone in
+/// between, going straight from one to the other, is 0.5. So an edge in the photo is drawn where it is, and straight, not from node
+/// to node. If the tones do not lie on the sides of 0.5 that their labels are on, diffusion put the boundary there and not the
+/// photo: it crosses in the middle.
+pub fn crossing(black: f64, white: f64) -> f64 {
+    if !(black < 0.5 && white > 0.5) {
+        return 0.5;
+    }
+    ((0.5 - black) / (white - black)).clamp(NEAREST_CROSSING, 1.0 - NEAREST_CROSSING)
+}
 
 /// Traces, smooths and assembles the marks of a labelled triangulation over a canvas of `width` x `height` pixels.
 ///
-/// `cell_areas` holds the area of every node's cell in px^2; a stipple gets `stipple_scale` times as much.
-///
 /// # Errors
-/// [`Error::Input`] if labels, components or areas do not match the nodes, a label is not 0 or 1, or an area is not finite or below
-/// 0; [`Error::Cancelled`].
+/// [`Error::Input`] if labels, components, areas or tones do not match the nodes, a label is not 0 or 1, or an area is not finite or
+/// below 0; [`Error::Cancelled`].
 pub fn outline(
     triangulation: &Triangulation,
-    labels: &[u8],
+    nodes: Nodes,
     components: &Components,
-    cell_areas: &[f64],
     (width, height): (usize, usize),
     shaping: Shaping,
     control: &Control,
 ) -> Result<Outlines> {
+    let Nodes { labels, areas: cell_areas, tones } = nodes;
     let count = triangulation.graph.sites.len();
-    for (what, length) in [("labels", labels.len()), ("component ids", components.ids.len()), ("cell areas", cell_areas.len())] {
+    for (what, length) in [
+        ("labels", labels.len()),
+        ("component ids", components.ids.len()),
+        ("cell areas", cell_areas.len()),
+        ("tones", tones.map_or(count, <[f32]>::len)),
+    ] {
         if length != count {
             return Err(Error::Input(format!("there are {length} {what} for {count} nodes, but every node needs one")));
         }
@@ -106,14 +164,26 @@ pub fn outline(
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
         let dot = [(chain.black, chain.white), (chain.white, chain.black)].into_iter().find(|(own, _)| is_dot(*own, chain));
         let Some((own, around)) = dot else {
-            return Ok(Shape::Curve(fit.curve(&crossing_edges, chain.ends)));
+            let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
+            let at = |[black, white]: [u32; 2]| tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
+            let crossings: Vec<Point> =
+                edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
+            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, chain.ends), dot: None });
         };
         let own_is_black = own == chain.black;
         let node = edges[0][usize::from(!own_is_black)] as usize;
         let star =
             Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(own_is_black)]).collect(), ends: chain.ends, frame };
-        let wanted = (cell_areas[node] * shaping.stipple_scale / PI).sqrt().max(MIN_RADIUS);
-        let stipple = star.dot(point(triangulation.graph.sites[node]), wanted, fit.units * DOT_GRID, Ink::of_label(labels[node]));
+        let units = fit.units * DOT_GRID;
+        let wanted = shaping.radius(cell_areas[node], units);
+        let stipple = star.dot(point(triangulation.graph.sites[node]), wanted, units, Ink::of_label(labels[node]));
+        if shaping.irregularity > 0.0 {
+            let room = star.room(Point::new(stipple.x, stipple.y));
+            let key = mixed(mixed(shaping.seed) ^ node as u64);
+            if let Some(path) = irregular(&stipple, &room, shaping.irregularity, key, units) {
+                return Ok(Shape::Curve { path, dot: Some(own) });
+            }
+        }
         Ok(Shape::Dot { stipple, own, around })
     };
     let shapes = chains.chains.par_iter().map(shape_of).collect::<Result<Vec<Shape>>>()?;
@@ -121,16 +191,21 @@ pub fn outline(
 
     let mut vertices = 0;
     let mut parts = Parts { width, height, units: fit.units, inks: vec![Ink::White; components.sizes.len()], ..Parts::default() };
-    let mut is_stipple = vec![false; components.sizes.len()];
+    let mut drawn_as_dot = vec![false; components.sizes.len()];
     for (chain, shape) in chains.chains.iter().zip(shapes) {
         match shape {
             Shape::Dot { stipple, own, around } => {
                 vertices += 1;
-                is_stipple[own as usize] = true;
+                drawn_as_dot[own as usize] = true;
                 parts.stipples.push((stipple, [own, around]));
             }
-            Shape::Curve(path) => {
-                vertices += chain.edges.len();
+            Shape::Curve { path, dot } => {
+                if let Some(own) = dot {
+                    vertices += 1;
+                    drawn_as_dot[own as usize] = true;
+                } else {
+                    vertices += chain.edges.len();
+                }
                 parts.curves.push((path, [chain.black, chain.white]));
             }
         }
@@ -138,7 +213,7 @@ pub fn outline(
     for (component, label) in components.ids.iter().zip(labels) {
         parts.inks[*component as usize] = Ink::of_label(*label);
     }
-    parts.on_frame = owner_of_frame(triangulation, components, &is_stipple);
+    parts.on_frame = owner_of_frame(triangulation, components, &drawn_as_dot);
     Ok(Outlines { drawing: assemble(parts)?, vertices })
 }
 
@@ -146,18 +221,18 @@ pub fn outline(
 enum Shape {
     /// The component on one side is a dot, `around` the one on the other.
     Dot { stipple: Stipple, own: u32, around: u32 },
-    /// A shared curve.
-    Curve(kurbo::BezPath),
+    /// A shared curve; `dot` is the component that it is an irregular dot of.
+    Curve { path: kurbo::BezPath, dot: Option<u32> },
 }
 
 /// The component that holds the frame when no curve ends on it.
-fn owner_of_frame(triangulation: &Triangulation, components: &Components, is_stipple: &[bool]) -> u32 {
+fn owner_of_frame(triangulation: &Triangulation, components: &Components, drawn_as_dot: &[bool]) -> u32 {
     let graph = &triangulation.graph;
     let at_frame = (0..graph.sites.len()).filter(|i| {
         let row = graph.offsets[*i] as usize..graph.offsets[*i + 1] as usize;
         row.into_iter().any(|slot| matches!(triangulation.left(slot), Beside::Frame(_)))
     });
-    at_frame.map(|i| components.ids[i]).find(|id| !is_stipple[*id as usize]).unwrap_or(0)
+    at_frame.map(|i| components.ids[i]).find(|id| !drawn_as_dot[*id as usize]).unwrap_or(0)
 }
 
 fn point(p: [f64; 2]) -> Point {
@@ -295,25 +370,46 @@ impl Star {
 
     /// The largest radius of a dot around a point inside the star.
     fn reach(&self, centre: Point) -> f64 {
+        STAR_FILL * self.to_outline(centre)
+    }
+
+    /// How far a point inside the star is from its outline, rim and frame.
+    fn to_outline(&self, centre: Point) -> f64 {
         let Frame { width, height } = self.frame;
         let frame = centre.x.min(width - centre.x).min(centre.y).min(height - centre.y);
-        STAR_FILL * self.to_rim(centre).min(frame)
+        self.to_rim(centre).min(frame)
+    }
+
+    /// What a dot around a point inside the star may fill.
+    fn room(&self, centre: Point) -> Room {
+        let Frame { width, height } = self.frame;
+        let frame = [
+            (Vec2::new(1.0, 0.0), width - centre.x),
+            (Vec2::new(0.0, 1.0), height - centre.y),
+            (Vec2::new(-1.0, 0.0), centre.x),
+            (Vec2::new(0.0, -1.0), centre.y),
+        ];
+        let rim = self.sides().map(|[a, b]| {
+            let along = b - a;
+            let normal = Vec2::new(-along.y, along.x) / along.hypot2().sqrt();
+            let distance = (a - centre).dot(normal);
+            if distance < 0.0 { (-normal, -distance) } else { (normal, distance) }
+        });
+        let sides = rim.chain(frame).map(|(normal, distance)| (normal, ROOM * distance)).collect();
+        Room { radius: ROOM * self.to_outline(centre), sides }
     }
 
     fn to_rim(&self, centre: Point) -> f64 {
-        let mut reach = f64::INFINITY;
-        let mut limit = |a: Point, b: Point| reach = reach.min(distance_to_segment(centre, a, b));
-        for pair in self.rim.windows(2) {
-            limit(pair[0], pair[1]);
-        }
+        self.sides().map(|[a, b]| distance_to_segment(centre, a, b)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The sides of the star, without those on the frame.
+    fn sides(&self) -> impl Iterator<Item = [Point; 2]> {
         let (first, last) = (self.rim[0], self.rim[self.rim.len() - 1]);
-        match self.ends {
-            None => limit(last, first),
-            Some([begin, end]) => {
-                limit(first, self.frame.project(first, begin));
-                limit(last, self.frame.project(last, end));
-            }
-        }
-        reach
+        let others = match self.ends {
+            None => [Some([last, first]), None],
+            Some([begin, end]) => [(first, begin), (last, end)].map(|(p, side)| Some([p, self.frame.project(p, side)])),
+        };
+        self.rim.windows(2).map(|pair| [pair[0], pair[1]]).chain(others.into_iter().flatten())
     }
 }

@@ -18,17 +18,18 @@ pub enum LatticeKind {
 }
 
 /// How much of a node's error is passed on.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, from = "AlphaForm", into = "AlphaForm")]
 pub enum Alpha {
-    /// `base + detail_gain * |I0 - A|` if the label fell on the side of 0.5 where the node's own value lies, else 0.
-    #[default]
+    /// The paper's: `base + detail_gain * |I0 - A|` if the label fell on the side of 0.5 where the node's own value lies, else 0.
     Dynamic,
+    /// `base` in middle tones, less towards black and white, where it is 0: see [`crate::diffusion::tonal_share`].
+    Tonal,
     /// The same share for every node: 1 is plain halftoning, 0 is thresholding. In [0, 1].
     Constant(f64),
 }
 
-/// How [`Alpha`] looks in JSON: the word "dynamic" or a number.
+/// How [`Alpha`] looks in JSON: a word or a number.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum AlphaForm {
@@ -40,12 +41,14 @@ enum AlphaForm {
 #[serde(rename_all = "lowercase")]
 enum AlphaWord {
     Dynamic,
+    Tonal,
 }
 
 impl From<AlphaForm> for Alpha {
     fn from(form: AlphaForm) -> Self {
         match form {
             AlphaForm::Word(AlphaWord::Dynamic) => Self::Dynamic,
+            AlphaForm::Word(AlphaWord::Tonal) => Self::Tonal,
             AlphaForm::Number(value) => Self::Constant(value),
         }
     }
@@ -55,9 +58,30 @@ impl From<Alpha> for AlphaForm {
     fn from(alpha: Alpha) -> Self {
         match alpha {
             Alpha::Dynamic => Self::Word(AlphaWord::Dynamic),
+            Alpha::Tonal => Self::Word(AlphaWord::Tonal),
             Alpha::Constant(value) => Self::Number(value),
         }
     }
+}
+
+/// What of a node's error its neighbours receive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Carry {
+    /// The paper's: the error itself, as if all cells were equal.
+    Value,
+    /// The error times the area of the node's cell, over that of the neighbour's: what is black here is missing there.
+    Area,
+}
+
+/// Where a boundary crosses an edge of the second graph, between a black and a white node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Crossings {
+    /// The paper's: in the middle.
+    Midpoint,
+    /// Where the tone between the nodes passes middle grey, if it does: see [`crate::outline::crossing`].
+    Tone,
 }
 
 /// Everything that shapes a drawing besides the photo and the importance map.
@@ -72,13 +96,22 @@ pub struct Options {
     pub nodes: Option<u64>,
     /// Node budget per pixel, in (0, 16].
     pub nodes_per_pixel: Option<f64>,
+    /// Factor on the node budget of a drawing without `density`, `nodes` and `nodes_per_pixel`, above 0, at most 16: below 1 shapes
+    /// are larger, above 1 finer.
+    pub fineness: f64,
+    /// Share of the photo's own detail in the importance, against saliency (or, with a user's map, against 1), in [0, 1].
+    pub detail: f64,
+    /// The least importance, in [0, 1], before `midtones`: no part of the photo is left without nodes.
+    pub floor: f64,
+    /// By how much less important black and white are than middle grey, in [0, 1].
+    pub midtones: f64,
     /// Lloyd steps between the two graphs, 0 to 100.
     pub relax: u32,
     /// Weight of the difference of values between two nodes, in [0, 1000].
     pub k1: f64,
     /// Weight of the distance between two nodes, per pixel, in [0, 1000].
     pub k2: f64,
-    /// Dynamic alpha where there is no detail, in [0, 1].
+    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, in [0, 1].
     pub base: f64,
     /// The paper's lambda: how much dynamic alpha grows with |value - local mean|, in [0, 1000].
     pub detail_gain: f64,
@@ -88,11 +121,32 @@ pub struct Options {
     pub importance_alpha: Alpha,
     /// Alpha of the second diffusion (tone on the Delaunay graph).
     pub alpha: Alpha,
+    /// What is passed on when the tone is diffused.
+    pub carry: Carry,
+    /// How far the mean of the drawing may be from that of the tone, in [0, 1]: the tones of the nodes are bent until it is met (see
+    /// [`crate::mean_tone`]). `None`: as it comes.
+    pub tone_tolerance: Option<f64>,
+    /// Where boundaries cross the edges of the graph.
+    pub crossings: Crossings,
+    /// Emphasis of details as fine as the nodes, before the diffusion, in [0, 100]: see [`crate::emphasis`].
+    pub sharpen: f64,
+    /// Emphasis of details three times as coarse, in [0, 100].
+    pub local_contrast: f64,
     /// A stipple's area relative to its node's cell, in (0, 4].
     pub stipple_scale: f64,
-    /// How far the curves of regions may lie from the splines through the midpoints of the graph's edges, in pixels, in [0, 2]:
-    /// more means fewer points. 0 keeps every midpoint.
+    /// Least radius of a stipple where the triangles around its node have room for it, in pixels, in [0, 1000].
+    pub stipple_min: f64,
+    /// Largest radius of a stipple, in pixels, in (0, 1000] and not below `stipple_min`. `None`: as large as its cell asks for.
+    pub stipple_max: Option<f64>,
+    /// How far stipples are from round, in [0, 1]. Above 0 they look made by hand: they are closed curves and count as regions.
+    pub irregularity: f64,
+    /// Which of the irregular shapes stipples have, 0 to 2^53.
+    pub seed: u64,
+    /// How far the curves of regions may lie from the splines through the crossings of the graph's edges, in pixels, in [0, 2]:
+    /// more means fewer points. 0 keeps every crossing.
     pub tolerance: f64,
+    /// Take the tone in linear light: the share of white that is drawn then reflects as much light as the photo's grey on a screen.
+    pub linear: bool,
     /// The tone is raised to the power 1 / gamma (above 1 brightens), in [0.1, 10].
     pub gamma: f64,
     /// Factor on the tone's distance from 0.5, in [0, 10].
@@ -114,16 +168,30 @@ impl Default for Options {
             density: None,
             nodes: None,
             nodes_per_pixel: None,
+            fineness: 1.0,
+            detail: 0.9,
+            floor: 0.1,
+            midtones: 0.7,
             relax: 1,
             k1: 1.0,
             k2: 0.1,
-            base: 0.5,
+            base: 0.26,
             detail_gain: 6.0,
             rings: 1,
-            importance_alpha: Alpha::Dynamic,
-            alpha: Alpha::Dynamic,
+            importance_alpha: Alpha::Constant(1.0),
+            alpha: Alpha::Tonal,
+            carry: Carry::Area,
+            tone_tolerance: Some(0.02),
+            crossings: Crossings::Tone,
+            sharpen: 2.5,
+            local_contrast: 1.5,
             stipple_scale: 1.0,
+            stipple_min: 0.0,
+            stipple_max: None,
+            irregularity: 0.0,
+            seed: 0,
             tolerance: 0.25,
+            linear: false,
             gamma: 1.0,
             contrast: 1.0,
             invert: false,
@@ -141,6 +209,9 @@ pub const DEFAULT_MAX_NODES: f64 = 300_000.0;
 /// enough lattice nodes to choose from, few enough to be quick.
 pub const DEFAULT_NODES_PER_PIXEL: f64 = 0.3;
 
+/// The largest seed, 2^53: every program that reads JSON holds it exactly.
+const MAX_SEED: u64 = 1 << 53;
+
 /// What [`Options::density`] and the budget options come to for a canvas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
@@ -148,13 +219,30 @@ pub struct Budget {
     pub density: f64,
     /// How many nodes to keep; `None`: whatever the importance keeps.
     pub nodes: Option<f64>,
+    /// How far apart the kept nodes are about, in pixels, were they spread evenly.
+    pub spacing: f64,
 }
 
 impl Options {
-    /// The paper's settings: density 1, no node budget, one Lloyd step, k1 = 1, k2 = 0.1, base = 0.5, lambda = 6, dynamic alpha,
-    /// every midpoint kept.
+    /// The paper's settings: density 1, no node budget, saliency alone, one Lloyd step, k1 = 1, k2 = 0.1, base = 0.5, lambda = 6,
+    /// dynamic alpha, the tone as it is, every midpoint kept.
     pub fn paper() -> Self {
-        Self { density: Some(1.0), tolerance: 0.0, ..Self::default() }
+        Self {
+            density: Some(1.0),
+            detail: 0.0,
+            floor: 0.0,
+            midtones: 0.0,
+            base: 0.5,
+            importance_alpha: Alpha::Dynamic,
+            alpha: Alpha::Dynamic,
+            carry: Carry::Value,
+            tone_tolerance: None,
+            crossings: Crossings::Midpoint,
+            sharpen: 0.0,
+            local_contrast: 0.0,
+            tolerance: 0.0,
+            ..Self::default()
+        }
     }
 
     /// Checks every field.
@@ -183,6 +271,10 @@ impl Options {
                 allowed: "left out when nodes is given: the budget is one or the other",
             });
         }
+        range("fineness", self.fineness, ABOVE_ZERO, 16.0, "above 0 and at most 16")?;
+        for (option, share) in [("detail", self.detail), ("floor", self.floor), ("midtones", self.midtones)] {
+            range(option, share, 0.0, 1.0, "between 0 and 1")?;
+        }
         range("relax", f64::from(self.relax), 0.0, 100.0, "between 0 and 100 steps")?;
         range("k1", self.k1, 0.0, 1000.0, "between 0 and 1000")?;
         range("k2", self.k2, 0.0, 1000.0, "between 0 and 1000 per pixel")?;
@@ -191,10 +283,25 @@ impl Options {
         range("rings", f64::from(self.rings), 1.0, 16.0, "between 1 and 16")?;
         for (option, alpha) in [("importance_alpha", self.importance_alpha), ("alpha", self.alpha)] {
             if let Alpha::Constant(value) = alpha {
-                range(option, value, 0.0, 1.0, "\"dynamic\" or a number between 0 and 1")?;
+                range(option, value, 0.0, 1.0, "\"tonal\", \"dynamic\" or a number between 0 and 1")?;
             }
         }
+        if let Some(tone_tolerance) = self.tone_tolerance {
+            range("tone_tolerance", tone_tolerance, 0.0, 1.0, "between 0 and 1")?;
+        }
+        range("sharpen", self.sharpen, 0.0, 100.0, "between 0 and 100")?;
+        range("local_contrast", self.local_contrast, 0.0, 100.0, "between 0 and 100")?;
         range("stipple_scale", self.stipple_scale, ABOVE_ZERO, 4.0, "above 0 and at most 4")?;
+        range("stipple_min", self.stipple_min, 0.0, 1000.0, "between 0 and 1000 pixels")?;
+        if let Some(largest) = self.stipple_max {
+            range("stipple_max", largest, ABOVE_ZERO, 1000.0, "above 0 and at most 1000 pixels")?;
+            range("stipple_max", largest, self.stipple_min, f64::INFINITY, "at least the least radius")?;
+        }
+        range("irregularity", self.irregularity, 0.0, 1.0, "between 0 and 1")?;
+        if self.seed > MAX_SEED {
+            let value = self.seed.to_string();
+            return Err(Error::Option { option: "seed", value, allowed: "between 0 and 9007199254740992" });
+        }
         range("tolerance", self.tolerance, 0.0, 2.0, "between 0 and 2 pixels")?;
         range("gamma", self.gamma, 0.1, 10.0, "between 0.1 and 10")?;
         range("contrast", self.contrast, 0.0, 10.0, "between 0 and 10")?;
@@ -208,16 +315,20 @@ impl Options {
     /// Lattice density and node budget on a canvas of `pixels` pixels.
     ///
     /// With a density alone there is no budget, as in the paper. With a budget alone the lattice is as fine as it needs:
-    /// 1 / 0.3 lattice nodes for every node kept. With neither, the budget is 0.3 nodes a pixel and at most 300,000.
+    /// 1 / 0.3 lattice nodes for every node kept. With neither, the budget is `fineness` times 0.3 nodes a pixel and at most
+    /// `fineness` times 300,000.
     pub fn budget(&self, pixels: f64) -> Budget {
         let asked = self.nodes.map(|n| n as f64).or(self.nodes_per_pixel.map(|n| n * pixels));
         let nodes = match (asked, self.density) {
             (Some(nodes), _) => Some(nodes),
             (None, Some(_)) => None,
-            (None, None) => Some((DEFAULT_NODES_PER_PIXEL * pixels).min(DEFAULT_MAX_NODES)),
+            (None, None) => Some(self.fineness * (DEFAULT_NODES_PER_PIXEL * pixels).min(DEFAULT_MAX_NODES)),
         };
         let fitting = nodes.map_or(1.0, |n| (n / (DEFAULT_NODES_PER_PIXEL * pixels)).min(16.0));
-        Budget { density: self.density.unwrap_or(fitting), nodes }
+        let density = self.density.unwrap_or(fitting);
+        // What an importance keeps without a budget is known only after the diffusion: about as much as the default budget.
+        let kept = nodes.unwrap_or(DEFAULT_NODES_PER_PIXEL * density * pixels);
+        Budget { density, nodes, spacing: (2.0 / 3f64.sqrt() * pixels / kept).sqrt() }
     }
 }
 
@@ -229,7 +340,7 @@ mod tests {
     fn options_survive_json() {
         let options = Options { alpha: Alpha::Constant(0.25), density: Some(1.5), ..Options::default() };
         let json = serde_json::to_string(&options).unwrap();
-        assert!(json.contains("\"importance_alpha\":\"dynamic\"") && json.contains("\"alpha\":0.25"), "{json}");
+        assert!(json.contains("\"importance_alpha\":1.0") && json.contains("\"alpha\":0.25"), "{json}");
         assert_eq!(serde_json::from_str::<Options>(&json).unwrap(), options);
         assert!(serde_json::from_str::<Options>("{\"densty\":1}").is_err());
     }
@@ -244,11 +355,28 @@ mod tests {
     }
 
     #[test]
+    fn the_largest_stipple_is_not_below_the_least_and_a_seed_is_exact_in_json() {
+        let radii =
+            |stipple_min, stipple_max| Options { stipple_min, stipple_max: Some(stipple_max), ..Options::default() }.validate();
+        radii(2.0, 2.0).unwrap();
+        assert_eq!(radii(2.0, 1.5).unwrap_err().to_string(), "stipple_max is 1.5, but it must be at least the least radius");
+        assert!(radii(0.0, 0.0).is_err());
+        let seeded = |seed| Options { seed, ..Options::default() }.validate();
+        seeded(1 << 53).unwrap();
+        assert_eq!(
+            seeded((1 << 53) + 1).unwrap_err().to_string(),
+            "seed is 9007199254740993, but it must be between 0 and 9007199254740992"
+        );
+    }
+
+    #[test]
     fn the_default_budget_is_capped_and_the_lattice_follows_it() {
         let small = Options::default().budget(100_000.0);
         assert_eq!((small.density, small.nodes), (1.0, Some(30_000.0)));
         let large = Options::default().budget(24e6);
         assert_eq!((large.density, large.nodes), (1.0 / 24.0, Some(300_000.0)));
-        assert_eq!(Options::paper().budget(24e6), Budget { density: 1.0, nodes: None });
+        let paper = Options::paper().budget(24e6);
+        assert_eq!((paper.density, paper.nodes), (1.0, None));
+        assert!((small.spacing - 1.96).abs() < 0.01 && (paper.spacing - small.spacing).abs() < 1e-9 && large.spacing > 9.0);
     }
 }

@@ -1,7 +1,7 @@
 //! The whole method: the only file that knows the order of the stages.
 //!
-//! luma -> tone; importance -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay graph -> node tones -> labels ->
-//! components -> outlines -> drawing.
+//! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
+//! graph -> node tones -> labels of the right mean -> components -> outlines -> drawing.
 
 use std::time::Instant;
 
@@ -9,13 +9,15 @@ use crate::components::components;
 use crate::control::{Control, STAGES};
 use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats};
+use crate::emphasis::emphasize;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::graph::{Adjacency, Graph, distance_squared};
 use crate::importance::Importance;
 use crate::lattice::Lattice;
-use crate::outline::{Shaping, outline};
-use crate::params::{Alpha, Options};
+use crate::mean_tone::{Toned, diffuse_to_mean};
+use crate::outline::{Nodes, Shaping, outline};
+use crate::params::{Alpha, Crossings, Options};
 use crate::tone;
 use crate::triangulation::triangulate;
 use crate::voronoi::{cells, lattice_means, relax, samples_per_pixel};
@@ -29,7 +31,7 @@ pub struct Outcome {
     pub stats: Stats,
     /// The second graph.
     pub graph: Graph,
-    /// Tone of every node.
+    /// Tone of every node, emphasized and bent: what was diffused.
     pub tone: Vec<f32>,
     /// Label of every node: 0 black, 1 white.
     pub labels: Vec<u8>,
@@ -107,10 +109,15 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
     let budget = options.budget((width * height) as f64);
     let samples = samples_per_pixel(budget.density);
 
-    let (field, lattice, values) = stages.run(0, || {
-        let field = importance.field(width, height)?;
+    let (mean, tone, field, lattice, values) = stages.run(0, || {
+        let tone = tone::adjust(luma, options);
+        let mean = tone.mean();
+        let emphasized = emphasize(tone.clone(), budget.spacing, options.sharpen, options.local_contrast);
+        control.check()?;
+        let field = importance.mixed(&tone, &emphasized, budget.spacing, options)?;
+        control.check()?;
         let (lattice, values) = lattice_values(&field, budget.density, options, control)?;
-        Ok((field, lattice, values))
+        Ok((mean, emphasized, field, lattice, values))
     })?;
     let first = stages.run(1, || keep(lattice, &values, budget.nodes, options, control))?;
     drop(values);
@@ -123,17 +130,20 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
         3,
         4,
         || triangulate(sites.clone(), width, height, control),
-        || {
-            let tone = tone::adjust(luma, options.gamma, options.contrast, options.invert);
-            cells(&sites, width, height, samples, Some(&tone), control)
-        },
+        || cells(&sites, width, height, samples, Some(&tone), control),
     )?;
-    drop(sites);
-    let labels = stages.run(5, || diffuse(&triangulation.graph, &cells.means, &Diffusion::of_tone(options), control))?;
+    drop((sites, tone));
+    let Toned { tones, labels, amount } = stages.run(5, || {
+        let wanted = options.tone_tolerance.map(|tolerance| (mean, tolerance));
+        let parameters = Diffusion::of_tone(options);
+        diffuse_to_mean(&triangulation.graph, &cells.means, &cells.areas, options.carry, wanted, &parameters, control)
+    })?;
     let (components, outlines) = stages.run(6, || {
         let components = components(&triangulation.graph, &labels);
-        let shaping = Shaping { stipple_scale: options.stipple_scale, tolerance: options.tolerance };
-        let outlines = outline(&triangulation, &labels, &components, &cells.areas, (width, height), shaping, control)?;
+        let shaping = Shaping::of(options);
+        let followed = (options.crossings == Crossings::Tone).then_some(&tones[..]);
+        let nodes = Nodes { labels: &labels, areas: &cells.areas, tones: followed };
+        let outlines = outline(&triangulation, nodes, &components, (width, height), shaping, control)?;
         Ok((components, outlines))
     })?;
 
@@ -152,6 +162,7 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
         node_budget: budget.nodes.map(|n| n.round() as usize),
         importance_factor: first.factor,
         nodes: labels.len(),
+        tone_bend: amount,
         stipples: drawing.stipples.len(),
         regions: drawing.regions.len(),
         vertices: outlines.vertices,
@@ -159,15 +170,7 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
         coordinates,
         ..stats
     };
-    Ok(Outcome {
-        drawing,
-        stats,
-        graph: triangulation.graph,
-        tone: cells.means,
-        labels,
-        components: components.ids,
-        importance: field,
-    })
+    Ok(Outcome { drawing, stats, graph: triangulation.graph, tone: tones, labels, components: components.ids, importance: field })
 }
 
 /// The first phase alone: the lattice, and the nodes that the importance keeps under the node budget.
@@ -213,12 +216,12 @@ fn lattice_values(importance: &Field, density: f64, options: &Options, control: 
 
 fn keep(lattice: Lattice, values: &[f32], nodes: Option<f64>, options: &Options, control: &Control) -> Result<FirstGraph> {
     let mut parameters = Diffusion::of_importance(options);
-    // The dynamic rule follows detail, and a flat importance has none: alone it would keep all nodes or hardly any.
-    if values.iter().all(|v| *v == values[0]) && parameters.alpha == Alpha::Dynamic {
+    // What drops errors follows detail, and a flat importance has none: it would keep all nodes or hardly any.
+    if values.iter().all(|v| *v == values[0]) && !matches!(parameters.alpha, Alpha::Constant(_)) {
         parameters.alpha = Alpha::Constant(1.0);
     }
     let (labels, factor) = match nodes {
-        None => (diffuse(&lattice, values, &parameters, control)?, 1.0),
+        None => (diffuse(&lattice, values, None, &parameters, control)?, 1.0),
         Some(nodes) => crate::budget::meet(&lattice, values, nodes, &parameters, control)?,
     };
     debug_assert_eq!(labels.len(), lattice.len());

@@ -1,7 +1,8 @@
 //! Tone: from the samples of an image to one grey field, and the adjustments that a user makes to it.
 //!
 //! The grey level is Rec. 601 luma, 0.299 R + 0.587 G + 0.114 B, of the sRGB-encoded values, not of linear light: a drawing is
-//! compared with the photo by eye, and equal steps of the encoded values look about equal. Alpha is composited on a background
+//! compared with the photo by eye, and equal steps of the encoded values look about equal. The option `linear` decodes the luma to
+//! linear light, for drawings that are to reflect as much light as the photo shows. Alpha is composited on a background
 //! colour, on the encoded values too, as image viewers do. Integer samples are summed in integers and divided once, so that the
 //! field is the same on every machine and 16-bit samples keep their 16 bits.
 //! What this module does not do: read files and convert colour profiles (see [`crate::decode`]).
@@ -10,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::field::{Field, check_size};
+use crate::params::Options;
 
 /// Samples of an image, row-major, channels interleaved.
 #[derive(Debug, Clone, Copy)]
@@ -120,16 +122,20 @@ pub fn luma_to_u8(luma: &Field) -> Vec<u8> {
     luma.values().iter().map(|v| (f64::from(*v) * 255.0 + 0.5) as u8).collect()
 }
 
-/// The tone that is drawn: luma^(1 / gamma), then its distance from 0.5 times `contrast` (clipped to [0, 1]), then 1 minus it
-/// if `invert`. The ranges are those of [`crate::Options`]; gamma 1, contrast 1 and no inversion change nothing.
-pub fn adjust(luma: &Field, gamma: f64, contrast: f64, invert: bool) -> Field {
-    if gamma == 1.0 && contrast == 1.0 && !invert {
+/// The tone that is drawn: the luma, decoded to linear light if `linear`, to the power 1 / gamma, then its distance from 0.5 times
+/// `contrast` (clipped to [0, 1]), then 1 minus it if `invert`. The default options change nothing.
+pub fn adjust(luma: &Field, options: &Options) -> Field {
+    let Options { linear, gamma, contrast, invert, .. } = *options;
+    if !linear && gamma == 1.0 && contrast == 1.0 && !invert {
         return luma.clone();
     }
     let mut values = luma.values().to_vec();
     let exponent = 1.0 / gamma;
     values.par_iter_mut().for_each(|value| {
         let mut tone = f64::from(*value);
+        if linear {
+            tone = linear_light(tone);
+        }
         if gamma != 1.0 {
             // libm's pow instead of the system's: the same bits on every platform.
             tone = libm::pow(tone, exponent);
@@ -141,6 +147,11 @@ pub fn adjust(luma: &Field, gamma: f64, contrast: f64, invert: bool) -> Field {
         *value = if invert { 1.0 - tone } else { tone } as f32;
     });
     Field::new(luma.width(), luma.height(), values).expect("the size is the input's, and every value was clamped to [0, 1]")
+}
+
+/// The light of an sRGB-encoded value, both in [0, 1] (IEC 61966-2-1).
+fn linear_light(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 /// Reads the `background` option: `white`, `black`, `#rrggbb` or `#rgb`.
@@ -240,17 +251,31 @@ mod tests {
     #[test]
     fn adjustments_follow_their_formula() {
         let luma = Field::new(5, 1, vec![0.0, 0.25, 0.5, 0.81, 1.0]).unwrap();
-        assert_eq!(adjust(&luma, 1.0, 1.0, false), luma);
-        assert_eq!(adjust(&luma, 1.0, 1.0, true).values(), [1.0, 0.75, 0.5, (1.0 - f64::from(0.81f32)) as f32, 0.0]);
-        assert_eq!(adjust(&luma, 2.0, 1.0, false).values(), [0.0, 0.5, libm::pow(0.5, 0.5) as f32, 0.9, 1.0]);
-        assert_eq!(adjust(&luma, 1.0, 2.0, false).values(), [0.0, 0.0, 0.5, 1.0, 1.0]);
-        assert_eq!(adjust(&luma, 1.0, 0.0, true).values(), [0.5; 5]);
+        let adjusted = |gamma: f64, contrast: f64, invert: bool| {
+            adjust(&luma, &Options { gamma, contrast, invert, ..Options::default() }).into_values()
+        };
+        assert_eq!(adjusted(1.0, 1.0, false), luma.values());
+        assert_eq!(adjusted(1.0, 1.0, true), [1.0, 0.75, 0.5, (1.0 - f64::from(0.81f32)) as f32, 0.0]);
+        assert_eq!(adjusted(2.0, 1.0, false), [0.0, 0.5, libm::pow(0.5, 0.5) as f32, 0.9, 1.0]);
+        assert_eq!(adjusted(1.0, 2.0, false), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(adjusted(1.0, 0.0, true), [0.5; 5]);
         // Gamma comes before contrast, contrast before inversion.
-        assert_eq!(adjust(&luma, 0.5, 2.0, true).values()[2], 1.0);
+        assert_eq!(adjusted(0.5, 2.0, true)[2], 1.0);
         for gamma in [0.1, 10.0] {
-            let extreme = adjust(&luma, gamma, 10.0, false);
-            assert!(extreme.values().iter().all(|v| (0.0..=1.0).contains(v)));
+            assert!(adjusted(gamma, 10.0, false).iter().all(|v| (0.0..=1.0).contains(v)));
         }
+    }
+
+    #[test]
+    fn linear_light_is_srgb_decoded_before_all_else() {
+        let luma = Field::new(5, 1, vec![0.0, 0.04, 0.04045, 0.5, 1.0]).unwrap();
+        let linear = Options { linear: true, ..Options::default() };
+        let expected = [0.0, 0.003_095_975, 0.003_130_805, 0.214_041_14, 1.0];
+        for (value, expected) in adjust(&luma, &linear).values().iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-7, "{value} instead of {expected}");
+        }
+        let bright = adjust(&luma, &Options { gamma: 2.0, ..linear });
+        assert!((bright.values()[3] - 0.214_041_14f32.sqrt()).abs() < 1e-6);
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
-use graphstipple_core::drawing::{Drawing, FLATTENING_TOLERANCE, RingPart, signed_area};
+use graphstipple_core::drawing::{Drawing, FLATTENING_TOLERANCE, RingPart, Stipple, signed_area};
 use graphstipple_core::export::Export;
 use graphstipple_core::importance::Importance;
 use graphstipple_core::layers::{Inks, Style};
-use graphstipple_core::{Control, Field, Options, json, load, pipeline, svg};
-use kurbo::{BezPath, Line, ParamCurveNearest, PathEl, Point};
+use graphstipple_core::{Control, Field, Options, Outcome, json, load, pipeline, svg};
+use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
 
 type Segment = [[f64; 2]; 2];
@@ -127,14 +127,25 @@ proptest! {
         density in prop_oneof![Just(0.3), Just(1.0), Just(4.0)],
         tolerance in prop_oneof![Just(0.0), Just(0.1), Just(0.25), Just(0.5), Just(1.0), Just(2.0)],
         stipple_scale in prop_oneof![Just(1.0), Just(4.0)],
+        (stipple_min, stipple_max) in prop_oneof![
+            Just((0.0, None)), Just((0.0, Some(0.4))), Just((0.0, Some(1e-9))), Just((0.8, Some(0.9))), Just((1000.0, None)),
+        ],
+        irregularity in prop_oneof![Just(0.0), Just(0.5), Just(1.0)],
     ) {
-        let options = Options { density: Some(density), tolerance, stipple_scale, ..Options::default() };
+        let options = Options {
+            density: Some(density), tolerance, stipple_scale, stipple_min, stipple_max, irregularity, seed: seed >> 11,
+            ..Options::default()
+        };
         let luma = picture(width, height, seed, grain);
         let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
         check(&drawing);
-        let full = Options { tolerance: 0.0, ..options.clone() };
-        let full = pipeline::draw(&luma, &Importance::Constant(0.5), &full, &Control::new()).unwrap().drawing;
-        check_distance(&drawing, &full, tolerance);
+        prop_assert!(drawing.stipples.iter().all(|dot| dot.radius <= stipple_max.unwrap_or(f64::INFINITY)));
+        // Irregular dots are curves too, but the tolerance is not about them.
+        let [simple, full] = [tolerance, 0.0].map(|tolerance| {
+            let options = Options { tolerance, irregularity: 0.0, ..options.clone() };
+            pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing
+        });
+        check_distance(&simple, &full, tolerance);
 
         prop_assert_eq!(&load::from_json(&json::to_json(&drawing)).unwrap(), &drawing);
         for (style, inks) in [
@@ -151,6 +162,56 @@ proptest! {
         prop_assert_eq!(changes.enlarged + changes.dropped, small);
         prop_assert_eq!(larger.stipples.len() + changes.dropped, drawing.stipples.len());
     }
+}
+
+/// A picture on few nodes, with dots of 2 pixels and a little less.
+fn sparse(options: Options) -> Outcome {
+    let options = Options { density: Some(0.1), relax: 3, ..options };
+    pipeline::draw(&picture(120, 90, 11, 5), &Importance::Constant(1.0), &options, &Control::new()).unwrap()
+}
+
+#[test]
+fn radii_keep_to_their_limits() {
+    let dots = |stipple_min: f64, stipple_max: Option<f64>| {
+        sparse(Options { stipple_min, stipple_max, ..Options::default() }).drawing.stipples
+    };
+    let plain = dots(0.0, None);
+    assert!(plain.iter().any(|dot| dot.radius < 1.5) && plain.iter().any(|dot| dot.radius > 1.8));
+    assert!(dots(0.0, Some(1.8)).iter().all(|dot| dot.radius <= 1.8));
+    // The largest dot that its star holds, within what the grid may cost.
+    let largest = dots(1000.0, None);
+    let has_no_more_room = |dot: &Stipple| {
+        largest.iter().any(|other| (dot.x - other.x).hypot(dot.y - other.y) < 1.0 && dot.radius >= 0.95 * other.radius)
+    };
+    for dot in dots(1.5, Some(1.6)) {
+        assert!(dot.radius <= 1.6 && (dot.radius >= 1.5 || has_no_more_room(&dot)), "{dot:?}");
+    }
+}
+
+#[test]
+fn irregular_dots_differ_between_seeds_and_are_the_same_in_every_run() {
+    let drawn = |irregularity: f64, seed: u64, threads: usize| {
+        sparse(Options { irregularity, seed, stipple_max: Some(1.0), threads: Some(threads), ..Options::default() })
+    };
+    let (round, wavy) = (drawn(0.0, 0, 1), drawn(1.0, 0, 1));
+    assert!(wavy.drawing.stipples.is_empty());
+    assert_eq!(wavy.drawing.regions.len(), round.drawing.regions.len() + round.drawing.stipples.len());
+    assert_eq!(wavy.stats.vertices, round.stats.vertices);
+    assert_eq!(drawn(1.0, 0, 3).drawing, wavy.drawing);
+    assert_eq!(drawn(0.0, 1, 1).drawing.curves, round.drawing.curves);
+
+    // Curves of one size and of six cubics, from their own begin: the dots.
+    let dots = |outcome: &Outcome| {
+        let shape = |curve: &BezPath| {
+            let begin = curve.elements()[0].end_point().unwrap().to_vec2();
+            (curve.elements().len() == 8 && curve.area().abs() < 3.2).then(|| Affine::translate(-begin) * curve.clone())
+        };
+        outcome.drawing.curves.iter().filter_map(shape).collect::<Vec<BezPath>>()
+    };
+    let (first, second) = (dots(&wavy), dots(&drawn(1.0, 1, 1)));
+    assert!(first.len() >= round.drawing.stipples.len());
+    assert!((1..first.len()).all(|i| !first[..i].contains(&first[i])), "two dots are the same");
+    assert!(second.iter().filter(|dot| first.contains(dot)).count() < 5);
 }
 
 #[test]

@@ -21,12 +21,13 @@ mod _core {
     #[pymodule_export]
     use crate::drawing::{Drawing, draw, load};
     #[pymodule_export]
-    use crate::options::{default_options, importance_source, paper_options, validated_options};
+    use crate::options::{default_options, importance_source, preset_options, presets, validated_options};
     #[pymodule_export]
     use crate::photo::{adjust, background, luma, luma_to_u8, read_luma, saliency};
     #[pymodule_export]
     use crate::stages::{
-        cells, components, diffuse, lattice, lattice_labels, outline, owners, relax, samples_per_pixel, triangulate,
+        bend, cells, components, diffuse, emphasize, lattice, lattice_labels, mixed_importance, outline, owners, relax,
+        samples_per_pixel, triangulate,
     };
     use crate::watch;
     use pyo3::prelude::*;

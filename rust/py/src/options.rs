@@ -1,7 +1,8 @@
 //! Options cross the boundary as JSON, the form that a drawing's metadata has too.
 
 use graphstipple_core::importance::Source;
-use graphstipple_core::{Error, Options};
+use graphstipple_core::layers::Inks;
+use graphstipple_core::{Error, Options, presets as core_presets};
 use pyo3::prelude::*;
 use serde_json::{Map, Value};
 
@@ -19,7 +20,9 @@ pub(crate) fn parse(json: &str) -> PyResult<Options> {
         let alone = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
         if let Err(error) = serde_json::from_value::<Options>(alone) {
             let allowed = match name.as_str() {
-                "alpha" | "importance_alpha" => "it must be \"dynamic\" or a number between 0 and 1".to_owned(),
+                "alpha" | "importance_alpha" => "it must be \"tonal\", \"dynamic\" or a number between 0 and 1".to_owned(),
+                "carry" => "it must be \"value\" or \"area\"".to_owned(),
+                "crossings" => "it must be \"midpoint\" or \"tone\"".to_owned(),
                 _ => in_plain_words(&error.to_string()),
             };
             return Err(errors::invalid(format!("{name} is {value}, but {allowed}")));
@@ -61,10 +64,21 @@ pub(crate) fn default_options() -> PyResult<String> {
     to_json(&Options::default())
 }
 
-/// The paper's options as JSON.
+/// A preset's options as JSON.
 #[pyfunction]
-pub(crate) fn paper_options() -> PyResult<String> {
-    to_json(&Options::paper())
+pub(crate) fn preset_options(name: &str) -> PyResult<String> {
+    to_json(&core_presets::preset(name).map_err(errors::from_core)?.options)
+}
+
+/// Name, description and inks of every preset.
+#[pyfunction]
+pub(crate) fn presets() -> Vec<(&'static str, &'static str, &'static str)> {
+    let inks = |inks| match inks {
+        Inks::Black => "black",
+        Inks::White => "white",
+        Inks::Both => "both",
+    };
+    core_presets::presets().into_iter().map(|preset| (preset.name, preset.description, inks(preset.inks))).collect()
 }
 
 /// What an importance name stands for: "saliency", "constant" or "file".

@@ -50,7 +50,7 @@ pub(crate) fn luma<'py>(py: Python<'py>, samples: &Bound<'py, PyAny>, background
     arrays::from_field(py, field)
 }
 
-/// The tone of luma, (height, width) in [0, 1], under the options' gamma, contrast and inversion (JSON).
+/// The tone of luma, (height, width) in [0, 1], adjusted as the options (JSON) say.
 #[pyfunction]
 pub(crate) fn adjust<'py>(
     py: Python<'py>,
@@ -59,7 +59,7 @@ pub(crate) fn adjust<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options::parse(options_json)?;
     let field = arrays::field(&luma)?;
-    let tone = watch::run_core(py, move |_| Ok(tone::adjust(&field, options.gamma, options.contrast, options.invert)))?;
+    let tone = watch::run_core(py, move |_| Ok(tone::adjust(&field, &options)))?;
     arrays::from_field(py, tone)
 }
 

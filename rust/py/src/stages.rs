@@ -1,9 +1,12 @@
 //! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
 
 use graphstipple_core::diffusion::{self, Diffusion};
+use graphstipple_core::emphasis;
 use graphstipple_core::graph::Graph;
+use graphstipple_core::importance::Importance;
 use graphstipple_core::lattice::Lattice;
-use graphstipple_core::outline::Shaping;
+use graphstipple_core::mean_tone;
+use graphstipple_core::outline::{Nodes, Shaping};
 use graphstipple_core::{components as core_components, outline as core_outline, pipeline, triangulation, voronoi};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -31,6 +34,49 @@ pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options
         Ok((graph.sites, edges))
     })?;
     Ok((arrays::from_pairs(py, sites)?, arrays::from_pairs(py, edges)?))
+}
+
+/// The emphasized tone, with the spacing that the options (JSON) come to.
+#[pyfunction]
+pub(crate) fn emphasize<'py>(
+    py: Python<'py>,
+    tone: PyReadonlyArray2<'py, f32>,
+    options_json: &str,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let options = options::parse(options_json)?;
+    let tone = arrays::field(&tone)?;
+    let emphasized = watch::run_core(py, move |_| {
+        let spacing = options.budget((tone.width() * tone.height()) as f64).spacing;
+        Ok(emphasis::emphasize(tone, spacing, options.sharpen, options.local_contrast))
+    })?;
+    arrays::from_field(py, emphasized)
+}
+
+/// The importance with the photo's detail mixed in: a saliency map, or a user's map if `is_factor`.
+#[pyfunction]
+pub(crate) fn mixed_importance<'py>(
+    py: Python<'py>,
+    tone: PyReadonlyArray2<'py, f32>,
+    given: PyReadonlyArray2<'py, f32>,
+    is_factor: bool,
+    options_json: &str,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let options = options::parse(options_json)?;
+    let (tone, map) = (arrays::field(&tone)?, arrays::field(&given)?);
+    let mixed = watch::run_core(py, move |_| {
+        let spacing = options.budget((tone.width() * tone.height()) as f64).spacing;
+        let emphasized = emphasis::emphasize(tone.clone(), spacing, options.sharpen, options.local_contrast);
+        let importance = if is_factor { Importance::Map(map) } else { Importance::Saliency(map) };
+        importance.mixed(&tone, &emphasized, spacing, &options)
+    })?;
+    arrays::from_field(py, mixed)
+}
+
+/// Tones of nodes bent by an amount.
+#[pyfunction]
+pub(crate) fn bend<'py>(py: Python<'py>, tones: PyReadonlyArray1<'py, f32>, amount: f64) -> Bound<'py, PyArray1<f32>> {
+    let bent: Vec<f32> = arrays::values(&tones).iter().map(|tone| mean_tone::bend(f64::from(*tone), amount) as f32).collect();
+    bent.into_pyarray(py)
 }
 
 /// Sites and labels of the lattice diffused on importance, and the factor that meets the node budget.
@@ -125,13 +171,15 @@ pub(crate) fn diffuse<'py>(
     sites: PyReadonlyArray2<'py, f64>,
     edges: PyReadonlyArray2<'py, u32>,
     values: PyReadonlyArray1<'py, f32>,
+    areas: Option<PyReadonlyArray1<'py, f64>>,
     options_json: &str,
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
     let parameters = Diffusion::of_tone(&options::parse(options_json)?);
     let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
-    let values = arrays::values(&values);
-    let labels =
-        watch::run_core(py, move |control| diffusion::diffuse(&Graph::from_edges(sites, &edges)?, &values, &parameters, control))?;
+    let (values, areas) = (arrays::values(&values), areas.as_ref().map(arrays::values));
+    let labels = watch::run_core(py, move |control| {
+        diffusion::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
+    })?;
     Ok(labels.into_pyarray(py))
 }
 
@@ -151,28 +199,29 @@ pub(crate) fn components<'py>(
     Ok(ids.into_pyarray(py))
 }
 
-/// The stipples and regions of labelled sites, with the scale and the tolerance of the options (JSON).
+/// The stipples and regions of labelled sites, shaped as the options (JSON) say.
 #[pyfunction]
 pub(crate) fn outline<'py>(
     py: Python<'py>,
     sites: PyReadonlyArray2<'py, f64>,
     labels: PyReadonlyArray1<'py, u8>,
     areas: PyReadonlyArray1<'py, f64>,
-    width: usize,
-    height: usize,
+    tones: Option<PyReadonlyArray1<'py, f32>>,
+    size: (usize, usize),
     options_json: &str,
 ) -> PyResult<(StippleArrays<'py>, Vec<RegionArrays<'py>>)> {
     let options = options::parse(options_json)?;
     let sites = arrays::pairs("sites", &sites)?;
-    let (labels, areas) = (arrays::values(&labels), arrays::values(&areas));
+    let (labels, areas, tones) = (arrays::values(&labels), arrays::values(&areas), tones.as_ref().map(arrays::values));
     if sites.len() != labels.len() {
         return Err(errors::invalid(format!("there are {} labels for {} sites", labels.len(), sites.len())));
     }
     let drawing = watch::run_core(py, move |control| {
-        let triangulation = triangulation::triangulate(sites, width, height, control)?;
+        let triangulation = triangulation::triangulate(sites, size.0, size.1, control)?;
         let components = core_components::components(&triangulation.graph, &labels);
-        let shaping = Shaping { stipple_scale: options.stipple_scale, tolerance: options.tolerance };
-        let outlines = core_outline::outline(&triangulation, &labels, &components, &areas, (width, height), shaping, control)?;
+        let shaping = Shaping::of(&options);
+        let nodes = Nodes { labels: &labels, areas: &areas, tones: tones.as_deref() };
+        let outlines = core_outline::outline(&triangulation, nodes, &components, size, shaping, control)?;
         Ok(outlines.drawing)
     })?;
     let regions = (0..drawing.regions.len()).map(|index| region_arrays(py, &drawing, index)).collect::<PyResult<_>>()?;
