@@ -1,8 +1,9 @@
-"""The evaluation: photos, methods and their budgets, results that are kept, failures, interruptions, wrong input."""
+"""The evaluation: photos, methods and their budgets, results that are kept, failures, interruptions; the cross-validation."""
 
 from __future__ import annotations
 
 import csv
+import dataclasses
 import html
 import json
 import math
@@ -20,11 +21,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
+from benches import cross_validation
 from PIL import Image
 from tests import support
 
 import graphstipple as gs
-from graphstipple_eval import baselines, cli, files, ours, photos, quoted, report, results, run, tables
+from graphstipple_eval import baselines, cli, files, labyrinth, ours, photos, quoted, report, results, run, tables
 from graphstipple_eval.baselines import programs
 from graphstipple_eval.method import Counts, Method, Photo, Picture
 from graphstipple_eval.ours import Sweep
@@ -190,11 +193,68 @@ def test_our_methods_have_equal_nodes_and_ablations_change_one_thing(small_photo
     assert pictures["paper-alpha-1"].counts.nodes == paper.counts.nodes
 
 
+def test_the_defaults_without_an_idea_have_the_paper_s_values_of_its_options_and_every_idea_is_there(small_photo: Photo) -> None:
+    default, paper = dataclasses.asdict(gs.Options()), dataclasses.asdict(gs.Options.paper())
+    pictures = drawn(small_photo)
+    differing = {option for option, value in default.items() if value != paper[option]} - {"density", "nodes", "tolerance"}
+    set_back = set()
+    for name in ours.WITHOUT:
+        settings = pictures[name].settings
+        changed = {option for option in default if settings[option] != pictures[ours.DEFAULT].settings[option]}
+        assert changed, name
+        assert {option: settings[option] for option in changed} == {option: paper[option] for option in changed}
+        assert not changed & set_back
+        set_back |= changed
+    assert set_back == differing
+
+
 def test_the_counts_are_those_of_the_drawing(small_photo: Photo) -> None:
     picture = drawn(small_photo)[ours.DEFAULT]
     stats = gs.draw(small_photo.pixels).stats
     for name in ("stipples", "regions", "vertices", "anchors", "coordinates", "nodes"):
         assert getattr(picture.counts, name) == stats[name]
+
+
+# Labyrinths
+
+
+def test_small_regions_have_2_to_12_nodes_and_are_counted_per_1000_nodes() -> None:
+    nodes = np.array([1, 2, 12, 13, 1, 5])
+    components = np.repeat(np.arange(6, dtype=np.uint32), nodes)
+    assert labyrinth.small_regions(np.random.default_rng(1).permutation(components)) == 1000 * 3 / nodes.sum()
+    assert labyrinth.small_regions(np.zeros(7, np.uint32)) == pytest.approx(1000 / 7)
+    assert labyrinth.small_regions(np.arange(7, dtype=np.uint32)) == 0
+
+
+def test_every_curve_counts_once_in_the_boundary_and_the_frame_does_not() -> None:
+    left = np.array([[0, 0], [4, 0], [4, 8], [0, 8]], np.float64)
+    right = np.array([[4, 0], [10, 0], [10, 8], [4, 8]], np.float64)
+    square = np.array([[6, 2], [9, 2], [9, 5], [6, 5]], np.float64)  # in the right one, with a hole that is a region too
+    triangle = np.array([[7, 3], [8, 3], [8, 4]], np.float64)
+    assert labyrinth.boundary_length([left, right], 10, 8) == 8
+    assert labyrinth.boundary_length([left, right, square, triangle], 10, 8) == pytest.approx(8 + 12 + 2 + math.sqrt(2))
+    assert labyrinth.boundary_length([np.array([[0, 0], [10, 0], [10, 8], [0, 8]], np.float64)], 10, 8) == 0
+
+
+def test_the_measures_of_a_drawing_are_those_of_its_graph_and_its_curves(small_photo: Photo) -> None:
+    drawing = gs.draw(small_photo.pixels)
+    found = labyrinth.measures(drawing)
+    frame = shapely.box(0, 0, drawing.width, drawing.height).exterior
+    curves = shapely.union_all([shapely.LinearRing(region.exterior) for region in drawing.regions]).difference(frame)
+    nodes = len(drawing.graph.sites)
+    assert found["boundary"] * nodes == pytest.approx(curves.length, rel=1e-6)
+    sizes = np.bincount(drawing.graph.components)
+    assert found["small_regions"] == 1000 * sum(2 <= size <= 12 for size in sizes) / nodes
+    assert drawn(small_photo)[ours.DEFAULT].labyrinth == found
+
+
+def test_a_straight_edge_is_no_labyrinth() -> None:
+    pixels = np.zeros((150, 200), np.uint8)
+    pixels[:, 90:] = 255
+    drawing = gs.draw(pixels, options=gs.Options.paper(alpha=0.0))
+    found = labyrinth.measures(drawing)
+    assert found["small_regions"] == 0
+    assert found["boundary"] * drawing.stats["nodes"] == pytest.approx(150, rel=0.15)
 
 
 @pytest.mark.parametrize("budget", [1500, 12_000])
@@ -259,7 +319,7 @@ def test_all_means_what_can_run_and_the_default_drawing_is_always_there(monkeypa
     away = Method("away", "Away", "-", nothing, missing=lambda: "the program away is not installed")
     monkeypatch.setattr(baselines, "METHODS", (here, away))
     everything = Selection(None, (), "coordinates")
-    assert [method.name for method in everything.compared] == [ours.DEFAULT, ours.PAPER, *ours.ABLATIONS, "here"]
+    assert [method.name for method in everything.compared] == [ours.DEFAULT, ours.PAPER, *ours.ABLATIONS, *ours.WITHOUT, "here"]
     assert everything.missing == {"away": "the program away is not installed"}
     one = Selection(("here",), (Sweep("relax", (0,)),), "coordinates")
     assert list(one.all()) == [ours.DEFAULT, "here", "relax=0"]
@@ -547,7 +607,7 @@ def test_the_report_says_whether_sweeps_are_brought_to_the_budget(two: list[Phot
 
 
 def result_of(photo: str, method: str, **metrics: float) -> Result:
-    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, "f", {"a.png": ""}, 1.0, None, {"stipples": 2}, metrics)
+    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, "f", {"a.png": ""}, 1.0, None, {"stipples": 2}, metrics, {})
 
 
 def test_tables_are_means_with_the_best_of_each_column() -> None:
@@ -584,6 +644,51 @@ def test_an_infinite_metric_survives_its_file(tmp_path: Path) -> None:
 def test_quoted_figures_name_methods_that_exist() -> None:
     assert set(quoted.ABLATIONS) == {ours.PAPER, *ours.ABLATIONS}
     assert set(quoted.ABLATIONS) <= {method.name for method in ours.methods(None)}
+
+
+def test_the_table_of_ideas_has_the_default_first_and_stands_only_where_one_is_left_out() -> None:
+    everything = ours.methods(None)
+    assert [method.name for method in tables.ideas(everything)] == [ours.DEFAULT, *ours.WITHOUT, ours.PAPER]
+    some = [method for method in everything if method.name in {ours.DEFAULT, "no-area"}]
+    assert [method.name for method in tables.ideas(some)] == [ours.DEFAULT, "no-area"]
+    assert [method.name for method in tables.compared(some)] == [ours.DEFAULT]
+    assert tables.ideas([method for method in everything if method.name not in ours.WITHOUT]) == []
+
+
+# Cross-validation
+
+PAPER_FIGURES = np.tile([0.6, 0.4, 0.2, 14.0, 0.03, 1000.0], (3, 1))
+"""Three photos with the same figures: near and far LPIPS, near SSIM, far PSNR, tone error, vertices."""
+
+
+def test_a_score_is_0_for_the_paper_s_figures_and_1_at_the_targets_and_no_target_counts_for_more_than_its_share() -> None:
+    assert cross_validation.score(PAPER_FIGURES, PAPER_FIGURES) == 0
+    at_targets = PAPER_FIGURES * [0.88, 0.75, 1.35, 1, 5, 5] + [0, 0, 0, 2.5, 0, 0]
+    assert cross_validation.score(at_targets, PAPER_FIGURES) == pytest.approx(1)
+    assert cross_validation.gains(at_targets, PAPER_FIGURES) == pytest.approx([-0.12, -0.25, 0.35, 2.5, 0.12, 4])
+    assert cross_validation.score(at_targets + np.array([0, 0, 0, 99, 0, 0]), PAPER_FIGURES) == pytest.approx((3 + 1.5) / 4)
+    assert cross_validation.score(at_targets - np.array([0, 0, 0, 5, 0, 0]), PAPER_FIGURES) == pytest.approx((3 - 1) / 4)
+
+
+def test_a_setting_is_chosen_on_the_other_photos() -> None:
+    psnr = np.array([0.0, 0, 0, 1, 0, 0])
+    on_all = PAPER_FIGURES + psnr
+    on_the_first = PAPER_FIGURES + 3 * psnr * np.array([[1], [0], [0]])
+    assert cross_validation.chosen(np.array([PAPER_FIGURES, on_all, on_the_first]), PAPER_FIGURES) == [1, 2, 2]
+    assert cross_validation.chosen(np.array([on_all, on_all]), PAPER_FIGURES) == [0, 0, 0]
+    text = cross_validation.summary(["a", "b", "c"], {ours.DEFAULT: on_all, ours.PAPER: PAPER_FIGURES, "base=0.7": on_the_first})
+    assert "| base=0.7 | +0.0 % | +0.0 % | +0.0 % | +1.00 | +0.0000 | +0.0 % | 0.100 |" in text
+    assert "| a | graphstipple | +0.0 % | +0.0 % | +0.0 % | +1.00 |" in text
+    assert "| b | base=0.7 | +0.0 % | +0.0 % | +0.0 % | +0.00 |" in text
+    assert "| all, left out |  | +0.0 % | +0.0 % | +0.0 % | +0.33 |" in text
+
+
+def test_the_grid_is_made_of_options_and_leaves_out_their_defaults_and_what_they_may_not_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert set(cross_validation.GRID) <= {field.name for field in dataclasses.fields(gs.Options)}
+    monkeypatch.setattr(cross_validation, "GRID", {"contrast": (0.7, 1, 1.4, 100), "k2": (0.333333,), "stipple_scale": (1,)})
+    assert cross_validation.sweeps() == (Sweep("contrast", (0.7, 1.4)), Sweep("k2", (0.0333,)))
 
 
 # The command

@@ -22,13 +22,16 @@ from tests import support
 
 from graphstipple_eval import quoted
 
-METHODS = ("graphstipple", "paper", "paper-alpha-1", "threshold", "floyd-steinberg", "lbg")
+METHODS = ("graphstipple", "paper", "paper-alpha-1", "no-area", "threshold", "floyd-steinberg", "lbg")
 VALUES = (0, 12)
 PHOTOS = ("astronaut", "camera #2")
 """One of the names needs quoting in links."""
 
 METRICS = ("near_lpips_alex", "near_lpips_vgg", "near_psnr", "near_ssim", "near_msssim")
 METRICS += ("far_lpips_alex", "far_psnr", "far_ssim", "far_msssim", "tone_error")
+
+LABYRINTH = ("small_regions", "boundary")
+"""Numbers that our own drawings alone have."""
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +92,8 @@ def pages_of(report: Path) -> list[Path]:
 def numbers(picture: dict[str, Any]) -> dict[str, float | None]:
     """Return all numbers of a picture."""
     own = {"seconds": picture["seconds"], "svg_bytes": picture["svg_bytes"]}
-    return {name: None if value is None else float(value) for name, value in (picture["metrics"] | picture["counts"] | own).items()}
+    found = dict.fromkeys(LABYRINTH) | picture["metrics"] | picture["counts"] | picture["labyrinth"] | own
+    return {name: None if value is None else float(value) for name, value in found.items()}
 
 
 def mean(pictures: list[dict[str, Any]], method: str, key: str) -> float | None:
@@ -125,9 +129,9 @@ def assert_same(text: str, value: float | None, digits: int) -> None:
 
 
 def digits(key: str) -> int:
-    if key in {"near_psnr", "far_psnr", "seconds"}:
+    if key in {"near_psnr", "far_psnr", "boundary", "seconds"}:
         return 2
-    return {"tone_error": 4}.get(key, 3 if key in METRICS else 0)
+    return {"tone_error": 4, "small_regions": 1}.get(key, 3 if key in METRICS else 0)
 
 
 def test_there_is_a_page_for_every_photo(report: Path) -> None:
@@ -162,6 +166,7 @@ def test_every_page_and_what_it_names_loads(report: Path, page: Page) -> None:
         ("#table-quality-180", ["graphstipple", "paper", "threshold", "floyd-steinberg", "lbg"]),
         ("#table-counts-180", ["graphstipple", "paper", "threshold", "floyd-steinberg", "lbg"]),
         ("#table-ablations-180", ["paper-alpha-1", "paper"]),
+        ("#table-ideas-180", ["graphstipple", "no-area", "paper"]),
         ("#table-sweep-detail_gain-180", [f"detail_gain={value}" for value in VALUES]),
     ],
 )
@@ -180,7 +185,7 @@ def test_the_best_of_a_column_is_bold(report: Path, page: Page, pictures: list[d
     page.goto((report / "index.html").as_uri())
     column = "td:nth-child(8)"  # far PSNR
     bold = page.locator(f"#table-quality-180 tr[data-method] {column}.best")
-    values = [mean(pictures, method, "far_psnr") for method in METHODS if method != "paper-alpha-1"]
+    values = [mean(pictures, method, "far_psnr") for method in METHODS if method not in {"paper-alpha-1", "no-area"}]
     assert bold.count() == 1
     assert_same(bold.inner_text(), max(value for value in values if value is not None), 2)
     assert int(bold.evaluate("cell => getComputedStyle(cell).fontWeight")) > 600

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
 import shutil
 import sys
 from collections.abc import Sequence
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import NoReturn
 
@@ -91,19 +90,12 @@ def _evaluate(arguments: argparse.Namespace) -> int:
     files.write(root / report.MARKER, b"This folder is a report of graphstipple-eval, which writes and deletes files here.\n")
     prepared = photos.write(decoded)
 
-    os.environ.update(run.ONE_THREAD)
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=run.set_up_process) as pool:
-        try:
-            outcome = run.run(prepared, selection, root, pool, _show)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
-        finally:
-            if sys.stderr.isatty():
-                print(file=sys.stderr)
+    try:
+        with run.processes(jobs) as pool:
+            outcome = run.run(prepared, selection, root, pool, show)
+    finally:
+        if sys.stderr.isatty():
+            print(file=sys.stderr)
     index = report.write(root, prepared, selection, outcome)
     print(f"{_pictures(len(outcome.results))}, {outcome.kept} of them from before: {index}")
     if outcome.failures:
@@ -134,8 +126,8 @@ def _check_out(root: Path) -> None:
         raise gs.InvalidInputError(f"--out is {root}, but that folder holds other things than a report: give another one")
 
 
-def _show(done: int, of_all: int, task: run.Task, entry: Result | Failure) -> None:
-    """Show progress: one line that changes on a terminal, else a line a picture."""
+def show(done: int, of_all: int, task: run.Task, entry: Result | Failure) -> None:
+    """Show progress on standard error: one line that changes on a terminal, else a line a picture."""
     took = f"{entry.seconds:.1f} s" if isinstance(entry, Result) else f"failed: {entry.reason}"
     line = f"[{done}/{of_all}] {task.method}, {task.photo.name} at {task.photo.size}: {took}"
     if not sys.stderr.isatty():

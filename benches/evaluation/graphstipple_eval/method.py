@@ -71,12 +71,15 @@ class Picture:
         The vector file, from methods that make one.
     settings : dict
         Everything that the result depends on besides the photo, as JSON values: options, seeds, numbers of dots and steps.
+    labyrinth : dict
+        The numbers of `labyrinth.measures`, from methods that have a graph.
     """
 
     raster: npt.NDArray[np.float32]
     counts: Counts
     svg: str | None = None
     settings: dict[str, object] = field(default_factory=dict)
+    labyrinth: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

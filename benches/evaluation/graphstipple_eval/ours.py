@@ -1,4 +1,4 @@
-"""graphstipple's own methods: its defaults, the paper's settings and their ablations, and sweeps over one option.
+"""graphstipple's own methods: its defaults without single ideas, the paper's settings and their ablations, sweeps over one option.
 
 `graphstipple` is what `graphstipple.draw` makes by default. `paper` has the settings of `Options.paper()` (a lattice of one node a
 pixel, every midpoint kept) with the node budget of the default drawing, 0.3 a pixel and at most 300,000, so that both draw with the
@@ -7,6 +7,17 @@ same number of nodes. The ablations change one thing in `paper` and keep its nod
 - constant importance: `importance="constant:1"`, which the budget's factor brings to the same number of nodes;
 - no relaxation: `relax=0`;
 - alpha = 1: `alpha=1` where the tone is diffused; the importance is diffused as before, so the nodes are the same.
+
+The other way round, the defaults without one of their ideas have the options of that idea as in `Options.paper()`, and all others,
+the node budget among them, as in the defaults:
+
+- detail in the importance: `detail`, `floor`, `midtones`;
+- emphasis: `sharpen`, `local_contrast`;
+- tonal alpha: `alpha`, `base`;
+- error carried by area: `carry`;
+- correction of the mean tone: `tone_tolerance`;
+- crossings by tone: `crossings`;
+- alpha = 1 for the importance: `importance_alpha`.
 
 With a fixed budget of coordinates, each of these methods, and each value of a sweep, is drawn with other numbers of nodes until it
 writes so many; sweeps over the number of nodes are not.
@@ -23,6 +34,7 @@ from functools import partial
 import numpy as np
 
 import graphstipple as gs
+from graphstipple_eval import labyrinth
 from graphstipple_eval.method import Counts, Method, Photo, Picture
 
 DEFAULT = "graphstipple"
@@ -58,12 +70,24 @@ class _Variant:
     importance: str = "saliency"
 
 
+_WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
+    ("no-detail-importance", "no detail in the importance", {"detail": 0, "floor": 0, "midtones": 0}),
+    ("no-emphasis", "no emphasis", {"sharpen": 0, "local_contrast": 0}),
+    ("no-tonal-alpha", "dynamic alpha", {"alpha": "dynamic", "base": 0.5}),
+    ("no-area", "error carried by value", {"carry": "value"}),
+    ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
+    ("midpoint-crossings", "crossings at midpoints", {"crossings": "midpoint"}),
+    ("dynamic-importance-alpha", "dynamic alpha for the importance", {"importance_alpha": "dynamic"}),
+)
+"""The defaults without one idea: a name, a title, and the paper's values of the options that make the idea."""
+
 _VARIANTS = (
     _Variant(DEFAULT, "graphstipple, defaults", "graphstipple", _default),
     _Variant(PAPER, "graphstipple, paper's settings", "Graph-based Black and White Stylization, 2026", _paper),
     _Variant("paper-constant-importance", "paper, constant importance", "the paper's ablation", _paper, importance="constant:1"),
     _Variant("paper-no-relaxation", "paper, no relaxation", "the paper's ablation", _paper, {"relax": 0}),
     _Variant("paper-alpha-1", "paper, alpha = 1", "the paper's ablation", _paper, {"alpha": 1.0}),
+    *(_Variant(name, f"defaults, {title}", "graphstipple", _default, changes) for name, title, changes in _WITHOUT),
 )
 
 SETS_NODES = ("nodes", "nodes_per_pixel")
@@ -71,6 +95,9 @@ SETS_NODES = ("nodes", "nodes_per_pixel")
 
 ABLATIONS = ("paper-constant-importance", "paper-no-relaxation", "paper-alpha-1")
 """Names of the ablations of `paper`, in the order of the paper's Table 5."""
+
+WITHOUT = tuple(name for name, _, _ in _WITHOUT)
+"""Names of the defaults without one idea."""
 
 
 def methods(coordinates: int | None) -> tuple[Method, ...]:
@@ -192,4 +219,5 @@ def _picture(drawing: gs.Drawing, variant: _Variant, search: dict[str, object]) 
     stats = drawing.stats
     counts = Counts(**{name: stats[name] for name in ("stipples", "regions", "vertices", "anchors", "coordinates", "nodes")})
     settings = {"importance": variant.importance, **dataclasses.asdict(drawing.options), **search}
-    return Picture(drawing.rasterize().astype(np.float32) / np.float32(255), counts, drawing.svg(), settings)
+    raster = drawing.rasterize().astype(np.float32) / np.float32(255)
+    return Picture(raster, counts, drawing.svg(), settings, labyrinth.measures(drawing))

@@ -122,6 +122,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
                 "quality": tables.table(compared, made, tables.QUALITY),
                 "counts": tables.table(compared, made, tables.COUNTS),
                 "ablations": tables.table(tables.ablated(methods), made, tables.QUALITY),
+                "ideas": tables.table(tables.ideas(methods), made, tables.SWEEP),
                 "plots": _plots(size, compared, made, written),
             }
         )

@@ -60,6 +60,8 @@ class Result:
         What the picture is made of (`method.Counts`).
     metrics : dict
         The metrics of `graphstipple.metrics.Comparison`.
+    labyrinth : dict
+        The numbers of `labyrinth.measures`; empty for methods without a graph.
     """
 
     key: str
@@ -78,6 +80,7 @@ class Result:
     svg_bytes: int | None
     counts: dict[str, int | None]
     metrics: dict[str, float]
+    labyrinth: dict[str, float]
 
     def json(self) -> dict[str, object]:
         """Return it as JSON values; an infinite metric (the PSNR of equal pictures) becomes the text "inf"."""
@@ -102,8 +105,8 @@ class Result:
         return next((name for name in self.files if name.endswith(".svg")), None)
 
     def numbers(self) -> dict[str, float | None]:
-        """Return everything that tables show, by name: metrics, counts, seconds, bytes."""
-        return {**self.metrics, **self.counts, "seconds": self.seconds, "svg_bytes": self.svg_bytes}
+        """Return everything that tables show, by name: metrics, counts, labyrinth, seconds, bytes."""
+        return {**self.metrics, **self.counts, **self.labyrinth, "seconds": self.seconds, "svg_bytes": self.svg_bytes}
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -166,7 +166,22 @@ def _interrupts_kept_from_processes() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
-def set_up_process() -> None:
+@contextmanager
+def processes(jobs: int) -> Iterator[Executor]:
+    """Give so many processes of one thread each, to run tasks in; what they have not done when an exception comes is dropped."""
+    os.environ.update(ONE_THREAD)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up_process) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+
+
+def _set_up_process() -> None:
     """Hold a process of the run to one thread, as far as `ONE_THREAD` does not, and let it end when its parent is gone."""
     cv2.setNumThreads(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -216,6 +231,7 @@ def make(task: Task, selection: Selection, root: Path) -> Result | Failure:
         svg_bytes=None if picture.svg is None else len(picture.svg.encode()),
         counts=asdict(picture.counts),
         metrics=compare(written),
+        labyrinth=picture.labyrinth,
     )
     results.save(result, task.path)
     return result

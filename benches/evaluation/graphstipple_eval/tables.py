@@ -73,19 +73,21 @@ COUNTS = (
     Column("anchors", "anchors", 0),
     Column("coordinates", "coordinates", 0),
     Column("nodes", "nodes", 0),
+    Column("small_regions", "small regions", 1),
+    Column("boundary", "boundary", 2),
     Column("svg_bytes", "SVG bytes", 0),
     Column("seconds", "seconds", 2),
 )
-"""Columns of Table 4."""
+"""Columns of Table 4, and how far a drawing falls into labyrinths."""
 
 _SWEEP_KEYS = ("near_lpips_alex", "near_lpips_vgg", "near_ssim", "far_lpips_alex", "far_psnr", "far_ssim", "tone_error")
 
 SWEEP = tuple(column for column in QUALITY if column.key in _SWEEP_KEYS) + tuple(
     Column(column.key, column.title, column.digits, column.best, "counts")
     for column in COUNTS
-    if column.key in {"stipples", "regions", "coordinates", "seconds"}
+    if column.key in {"stipples", "regions", "coordinates", "small_regions", "boundary", "seconds"}
 )
-"""Columns of a sweep."""
+"""Columns of a sweep, and of what each idea brings."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +176,7 @@ def _best(column: Column, values: Sequence[float | None]) -> str | None:
 
 def compared(methods: Sequence[Method]) -> list[Method]:
     """Return the methods of Table 3: all but the ablations."""
-    return [method for method in methods if method.name not in ours.ABLATIONS]
+    return [method for method in methods if method.name not in {*ours.ABLATIONS, *ours.WITHOUT}]
 
 
 def ablated(methods: Sequence[Method]) -> list[Method]:
@@ -183,3 +185,11 @@ def ablated(methods: Sequence[Method]) -> list[Method]:
     if not by_name.keys() & set(ours.ABLATIONS):
         return []
     return [by_name[name] for name in quoted.ABLATIONS if name in by_name]
+
+
+def ideas(methods: Sequence[Method]) -> list[Method]:
+    """Return the methods of "what each idea brings": the default, without each of its ideas, the paper; none without such a one."""
+    by_name = {method.name: method for method in methods}
+    if not by_name.keys() & set(ours.WITHOUT):
+        return []
+    return [by_name[name] for name in (ours.DEFAULT, *ours.WITHOUT, ours.PAPER) if name in by_name]
