@@ -169,7 +169,7 @@ def main() -> None:
     budgets = [gs.draw(photo, options=gs.Options(nodes=nodes)) for nodes in (5_000, 20_000, 80_000)]
     write(folder / "nodes.png", [drawn(one, HEAD, 2) for one in budgets])
 
-    alphas = [gs.draw(photo, options=gs.Options(alpha=alpha)) for alpha in (0, "dynamic", 1)]
+    alphas = [gs.draw(photo, options=gs.Options(alpha=alpha)) for alpha in (0, "tonal", 1)]
     write(folder / "alpha.png", [drawn(one, HEAD, 2) for one in alphas])
 
     # A map of one's own: a bright disc on the face, dim elsewhere.
