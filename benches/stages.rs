@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main, measurement::WallTime};
 use graphstipple_bench::{Photo, is_smoke_run, options, photo};
-use graphstipple_core::Field;
 use graphstipple_core::components::components;
 use graphstipple_core::control::Control;
 use graphstipple_core::diffusion::{Diffusion, diffuse};
@@ -23,10 +22,6 @@ use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 /// Times one call. What it takes is made, and what it returns is dropped, outside of the measured time.
 fn measure<I, O>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, input: impl Fn() -> I, call: impl Fn(I) -> O) {
     group.bench_function(name, |bencher| bencher.iter_batched(&input, |input| black_box(call(input)), BatchSize::PerIteration));
-}
-
-fn mean(field: &Field) -> f64 {
-    field.values().iter().map(|v| f64::from(*v)).sum::<f64>() / field.values().len() as f64
 }
 
 fn stages(criterion: &mut Criterion) {
@@ -68,7 +63,7 @@ fn stages(criterion: &mut Criterion) {
     let emphasized = emphasize(luma.clone(), spacing, options.sharpen, options.local_contrast);
     let means = cells(sites, width, height, samples, Some(&emphasized), &control).expect("the sites are on the canvas").means;
     let nodes = Nodes { labels, areas: &areas, tones: Some(&outcome.tone) };
-    let wanted = options.tone_tolerance.map(|tolerance| (mean(&luma), tolerance));
+    let wanted = options.tone_tolerance.map(|tolerance| (luma.mean(), tolerance));
     measure(&mut group, "emphasis", || luma.clone(), |tone| emphasize(tone, spacing, options.sharpen, options.local_contrast));
     measure(&mut group, "importance", none, |()| importance.mixed(&luma, &emphasized, spacing, &options));
     measure(&mut group, "lattice_means", none, |()| lattice_means(lattice, &outcome.importance, samples, &control));

@@ -165,7 +165,7 @@ def diffuse(
     alpha: float | str = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.26,
+    base: float = 0.25,
     detail_gain: float = 6.0,
     rings: int = 1,
 ) -> NDArray[np.uint8]:

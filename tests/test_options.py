@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,12 @@ def test_presets_are_options_by_name() -> None:
         gs.Options.preset("lino")
 
 
+def test_the_gallery_shows_every_preset() -> None:
+    page = (Path(__file__).resolve().parent.parent / "docs" / "gallery.md").read_text(encoding="utf-8").lower()
+    for preset in gs.presets():
+        assert f"### {preset.name}\n\n{preset.description.lower()}.\n" in page
+
+
 def test_options_are_frozen_hashable_and_replaceable() -> None:
     options = gs.Options(density=1)
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -82,7 +89,7 @@ def test_numpy_scalars_are_numbers() -> None:
         ({"stipple_scale": 5}, "stipple_scale is 5"),
         ({"stipple_min": -1}, "stipple_min is -1, but it must be between 0 and 1000 pixels"),
         ({"stipple_max": 0}, "stipple_max is 0, but it must be above 0 and at most 1000 pixels"),
-        ({"stipple_min": 2, "stipple_max": 1.5}, "stipple_max is 1.5, but it must be at least the least radius"),
+        ({"stipple_min": 2, "stipple_max": 1.5}, "stipple_max is 1.5, but it must be at least stipple_min"),
         ({"irregularity": 1.5}, "irregularity is 1.5, but it must be between 0 and 1"),
         ({"seed": 2**53 + 1}, "seed is 9007199254740993, but it must be between 0 and 9007199254740992"),
         ({"seed": 0.5}, "seed is 0.5, but it must be a whole number"),

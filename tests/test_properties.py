@@ -83,9 +83,10 @@ def test_random_images_give_sound_graphs_and_pictures(seed, width, height, densi
     scale=st.floats(0.1, 4.0),
     least=st.sampled_from([0.0, 1000.0]),
     irregularity=st.sampled_from([0.0, 0.3, 1.0]),
+    follows_tones=st.booleans(),
 )
 def test_any_labels_on_any_sites_give_a_sound_picture(  # noqa: PLR0917
-    seed, n, width, height, share, spread, scale, least, irregularity
+    seed, n, width, height, share, spread, scale, least, irregularity, follows_tones
 ):
     random = np.random.default_rng(seed)
     # Some of the sites fill the canvas, the others a part of it as small as `spread`.
@@ -93,7 +94,9 @@ def test_any_labels_on_any_sites_give_a_sound_picture(  # noqa: PLR0917
     sites[n // 4 :] = random.uniform(0, 1 - spread, 2) + spread * sites[n // 4 :]
     sites = 0.01 + sites * (np.array([width, height]) - 0.02)
     labels = (random.random(n) < share).astype(np.uint8)
-    shaping = {"stipple_scale": scale, "stipple_min": least, "irregularity": irregularity, "seed": seed}
+    # On the side of their label or not, near middle grey or far.
+    tones = np.clip(labels + random.normal(0, 0.6, n), 0, 1) if follows_tones else None
+    shaping = {"tones": tones, "stipple_scale": scale, "stipple_min": least, "irregularity": irregularity, "seed": seed}
     check_picture(stages.outline(sites, labels, width, height, **shaping), width, height)
 
 
@@ -268,11 +271,11 @@ def fringe(error: np.ndarray) -> float:
 
 
 @on_every_photo
-@pytest.mark.parametrize("alpha", [1.0, "dynamic"])
-def test_no_fringe_at_the_border(name, alpha):
+@pytest.mark.parametrize("options", [gs.Options(alpha=1.0), gs.Options.paper(), gs.Options.paper(alpha=1.0)], ids=range(3))
+def test_no_fringe_at_the_border(name, options):
     # What the raster has more or less than the photo. The frames of a photo are no random draws, so half as far again is allowed.
     width, height = 240, 180
-    raster = drawn(name, width, height, alpha=alpha).rasterize() / 255.0
+    raster = gs.draw(photo(name, width, height), options=options).rasterize() / 255.0
     tone = photo_luma(name, width, height)
     assert fringe(raster - tone) < 1.5
     # A line one pixel wide would be seen.

@@ -56,7 +56,8 @@ class Options:
     carry : {"area", "value"}
         What is passed on when the tone is diffused: the error times the area of the node's cell, or the error's value.
     tone_tolerance : float, optional
-        How far the drawing's mean tone may be from the photo's, 0 to 1; None leaves it as it comes.
+        How far the drawing's mean may be from the tone's before the nodes' tones are bent towards it, 0 to 1; None leaves it as
+        it comes.
     crossings : {"tone", "midpoint"}
         Where boundaries cross the edges between nodes: where the tone passes middle grey, or in the middle.
     sharpen, local_contrast : float
@@ -106,7 +107,7 @@ class Options:
     relax: int = 1
     k1: float = 1.0
     k2: float = 0.1
-    base: float = 0.26
+    base: float = 0.25
     detail_gain: float = 6.0
     rings: int = 1
     importance_alpha: Literal["tonal", "dynamic"] | float = 1.0

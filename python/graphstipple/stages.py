@@ -319,7 +319,7 @@ def diffuse(
     alpha: Literal["tonal", "dynamic"] | float = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.26,
+    base: float = 0.25,
     detail_gain: float = 6.0,
     rings: int = 1,
 ) -> npt.NDArray[np.uint8]:

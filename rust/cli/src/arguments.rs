@@ -139,7 +139,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     k2: Option<f64>,
 
-    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.26
+    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.25
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     base: Option<f64>,
 
@@ -164,7 +164,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "KIND", value_parser = parse_carry, help_heading = "Diffusion")]
     carry: Option<Carry>,
 
-    /// How far the drawing's mean tone may be from the photo's, 0 to 1; off leaves it as it comes; default 0.02
+    /// How far the drawing's mean may be from the tone's before tones are bent towards it, 0 to 1; off: as it comes; default 0.02
     #[arg(long, value_name = "NUMBER", value_parser = parse_tone_tolerance, allow_negative_numbers = true, help_heading = "Tone")]
     tone_tolerance: Option<MaybeNumber>,
 
@@ -563,7 +563,7 @@ mod tests {
             ("--gamma NaN", "--gamma is NaN, but it must be between 0.1 and 10"),
             ("--alpha 1.5", "--alpha is 1.5, but it must be \"tonal\", \"dynamic\" or a number between 0 and 1"),
             ("--importance constant:2", "--importance is constant:2, but it must be constant:V with V above 0 and at most 1"),
-            ("--stipple-min 2 --stipple-max 1", "--stipple-max is 1, but it must be at least the least radius"),
+            ("--stipple-min 2 --stipple-max 1", "--stipple-max is 1, but it must be at least stipple_min"),
             ("--irregularity 1.1", "--irregularity is 1.1, but it must be between 0 and 1"),
             ("--width 0mm", "--width is 0mm, but it must be between 0.1mm and 100000mm"),
             ("--margin 1e9", "--margin is 1000000000px, but it must be between 0 and 100000mm"),

@@ -171,7 +171,7 @@ pub struct Stats {
     pub stipples: usize,
     /// Components drawn as closed paths.
     pub regions: usize,
-    /// Midpoints of crossing edges that region boundaries pass through, plus stipples, irregular ones too: before smoothing and
+    /// Crossings that region boundaries pass through, plus stipples, irregular ones too: before smoothing and
     /// simplification.
     pub vertices: usize,
     /// On-curve points written; a dot counts one.

@@ -2,9 +2,9 @@
 //!
 //! # The idea
 //! The smoothed chain is a uniform quadratic B-spline whose control points are the chain's crossings (the midpoints of its crossing
-//! edges, or other points on them); its pieces join in the middle between two crossings. That is the full outline, which tolerance 0 draws. With a tolerance, runs of
-//! its pieces are replaced by one cubic Bezier curve each, as long as possible, that begins where and in the direction in which the
-//! last one ended. Each curve is fitted once and shared by both sides, so neighbours always fit.
+//! edges, or other points on them); its pieces join in the middle between two crossings. That is the full outline, which tolerance
+//! 0 draws. With a tolerance, runs of its pieces are replaced by one cubic Bezier curve each, as long as possible, that begins where
+//! and in the direction in which the last one ended. Each curve is fitted once and shared by both sides, so neighbours always fit.
 //!
 //! # How far curves stray
 //! No point of a curve lies further from the full outline than the tolerance, and no point of the full outline further from the
@@ -31,6 +31,10 @@ use crate::triangulation::Side;
 /// A closed loop below this area, in px^2, is rescaled to the area of its polygon of crossings: the spline shrinks such small
 /// loops by 5 % and more, which would lighten or darken textures made of them. Larger loops lose less than a dot prints.
 const RESCALED_LOOP_AREA: f64 = 20.0;
+
+/// The same for a loop that encloses the cells of a component: the midpoints around a few nodes hold 10 to 20 % less than their
+/// cells, and without that what is small and light in the dark would become darker, and the reverse.
+const RESCALED_CELLS_AREA: f64 = 80.0;
 
 /// How near to the end of an edge a curve may cross it, as a fraction of its length. Smaller would allow slivers; larger would
 /// turn more corners sharp and split more curves.
@@ -116,11 +120,12 @@ impl Fit {
         Self { tolerance, units, full_units, frame }
     }
 
-    /// The curve of the chain that crosses `edges` about in the points `crossings`, with black on its left. An open chain begins and ends on the given sides of the
-    /// frame.
-    pub(crate) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], ends: Option<[Side; 2]>) -> BezPath {
+    /// The curve of the chain that crosses `edges` about in the points `crossings`, with black on its left. A small closed chain
+    /// encloses `area` px^2 if it is given, or else that of its polygon of crossings. An open chain begins and ends on the given
+    /// sides of the frame.
+    pub(crate) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], area: Option<f64>, ends: Option<[Side; 2]>) -> BezPath {
         let sleeve = Sleeve::new(edges, crossings, ends, self.frame);
-        let outline = self.full_outline(ends, &sleeve);
+        let outline = self.full_outline(area, ends, &sleeve);
         let fitted = if self.tolerance > 0.0 { self.fitted(&outline, &sleeve) } else { None };
         let mut path = fitted.unwrap_or_else(|| outline.path());
         if outline.closed {
@@ -130,9 +135,9 @@ impl Fit {
     }
 
     /// The spline through all crossings, on its grid.
-    fn full_outline(&self, ends: Option<[Side; 2]>, sleeve: &Sleeve) -> Spline {
+    fn full_outline(&self, area: Option<f64>, ends: Option<[Side; 2]>, sleeve: &Sleeve) -> Spline {
         let fit = Self { units: self.full_units, ..*self };
-        let spline = Spline::new(self.frame, sleeve.crossings, sleeve.edges, ends);
+        let spline = Spline::new(self.frame, sleeve, area, ends);
         // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
         let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
         let snapped = joints(&controls, self.frame, ends);
@@ -258,12 +263,12 @@ impl Flattened {
 
 impl Spline {
     /// The spline through the points in which a chain crosses its edges.
-    fn new(frame: Frame, crossings: &[Point], edges: &[CrossingEdge], ends: Option<[Side; 2]>) -> Self {
-        let controls = crossings.to_vec();
+    fn new(frame: Frame, sleeve: &Sleeve, area: Option<f64>, ends: Option<[Side; 2]>) -> Self {
+        let controls = sleeve.crossings.to_vec();
         let mut spline =
             Self { joints: joints(&controls, frame, ends), corners: vec![false; controls.len()], controls, closed: ends.is_none() };
         if spline.closed {
-            spline.rescale(edges);
+            spline.rescale(sleeve, area);
         }
         spline
     }
@@ -331,28 +336,39 @@ impl Spline {
         [self.direction(k), self.direction(k + length)]
     }
 
-    /// Scales a small loop about its middle so that the spline has the area of the polygon of its crossings, if every piece then
-    /// still crosses its edge.
-    fn rescale(&mut self, edges: &[CrossingEdge]) {
+    /// Scales a small loop about its middle so that the spline has the area that is wanted, or that of the polygon of its crossings,
+    /// if every joint then still lies in its cell and every piece crosses its edge.
+    fn rescale(&mut self, sleeve: &Sleeve, wanted: Option<f64>) {
         let n = self.controls.len();
         let polygon: Vec<[f64; 2]> = self.controls.iter().map(|p| [p.x, p.y]).collect();
         let area = signed_area(&polygon).abs();
-        if area >= RESCALED_LOOP_AREA {
+        if area >= if wanted.is_some() { RESCALED_CELLS_AREA } else { RESCALED_LOOP_AREA } {
             return;
         }
         let spline: f64 = (0..n).map(|k| self.area(k)).sum();
-        let factor = (area / spline.abs()).sqrt();
-        if !(factor > 1.0 && factor < 1.5) {
-            return;
+        let factors = [wanted.unwrap_or(area), area].map(|area| (area / spline.abs()).sqrt());
+        for factor in factors {
+            if factor > 1.0 && factor < 1.5 && self.scale(factor, sleeve) {
+                return;
+            }
         }
+    }
+
+    /// Scales a loop about its middle, if it then stays in its sleeve; says whether it did.
+    fn scale(&mut self, factor: f64, sleeve: &Sleeve) -> bool {
+        let n = self.controls.len();
         let middle = (self.controls.iter().fold(Vec2::ZERO, |sum, p| sum + p.to_vec2()) / n as f64).to_point();
         let scaled = |p: &Point| middle + (*p - middle) * factor;
         let joints: Vec<Point> = self.joints.iter().map(scaled).collect();
-        let stays = (0..n).all(|k| clear(crossing(joints[k], joints[k + 1], edges[k][0], edges[k][1])));
+        let stays = (0..n).all(|k| {
+            let [black, white] = sleeve.edges[k];
+            sleeve.cell(k).holds(joints[k]) && clear(crossing(joints[k], joints[k + 1], black, white))
+        });
         if stays {
             self.controls = self.controls.iter().map(scaled).collect();
             self.joints = joints;
         }
+        stays
     }
 }
 

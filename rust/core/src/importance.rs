@@ -128,21 +128,29 @@ impl Importance {
 /// The share of pixels whose detail counts as 1: single strong edges must not make all else seem flat.
 const STRONGEST: f64 = 0.01;
 
+/// What a blurred flat field differs from itself at most.
+const ROUNDING: f32 = 1e-5;
+
+/// The part of the largest detail that counts as 1 at least, where most of a photo is flat and its details are few.
+const LEAST_OF_LARGEST: f32 = 0.1;
+
+/// The detail that counts as 1 at least: half a grey level of 8-bit images, so that the noise of a flat photo is none.
+const LEAST_DETAIL: f32 = 1.0 / 510.0;
+
 /// Local detail of a tone, in [0, 1]: how far it is from its mean at the scale of the nodes, averaged over as much.
 fn detail(tone: &Field, spacing: f64) -> Vec<f32> {
     let sigma = emphasis::FINE * spacing;
     let blurred = tone.blurred(sigma);
-    let off: Vec<f32> = tone.values().par_iter().zip(blurred.values()).map(|(t, b)| (t - b).abs().min(1.0)).collect();
+    let apart = |(t, b): (&f32, &f32)| if (t - b).abs() < ROUNDING { 0.0 } else { (t - b).abs().min(1.0) };
+    let off: Vec<f32> = tone.values().par_iter().zip(blurred.values()).map(apart).collect();
     let off = Field::new(tone.width(), tone.height(), off).expect("the size is the tone's, and every value is in [0, 1]");
     let mut detail = off.blurred(sigma).into_values();
     let mut sorted = detail.clone();
     let rank = ((1.0 - STRONGEST) * (sorted.len() - 1) as f64) as usize;
-    let strong = *sorted.select_nth_unstable_by(rank, f32::total_cmp).1;
-    // Less than a grey level of 16-bit images is no detail.
-    if strong < 1e-5 {
-        detail.fill(0.0);
-    }
-    detail.par_iter_mut().for_each(|d| *d = (*d / strong.max(1e-5)).min(1.0));
+    let (_, strong, stronger) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
+    let largest = stronger.iter().fold(*strong, |a, b| a.max(*b));
+    let one = strong.max(LEAST_OF_LARGEST * largest).max(LEAST_DETAIL);
+    detail.par_iter_mut().for_each(|d| *d = (*d / one).min(1.0));
     detail
 }
 
@@ -192,6 +200,11 @@ mod tests {
         let map = Importance::Map(Field::constant(60, 20, 0.5).unwrap());
         assert_eq!(at(&map, &options)[1], 0.125);
         assert_eq!(at(&Importance::Constant(0.4), &options), [0.4; 3]);
+        // A texture on less than a hundredth of an empty photo is detail all the same.
+        let texture = |i: usize| if i % 200 < 8 && i < 8 * 200 && (i % 200 + i / 200).is_multiple_of(2) { 0.2 } else { 0.5 };
+        let sparse = Field::new(200, 100, (0..20_000).map(texture).collect()).unwrap();
+        let mixed = saliency.mixed(&sparse, &sparse, 2.0, &options).unwrap();
+        assert!(mixed.at(4, 4) > 0.5 && mixed.at(100, 50) < 0.26, "{}", mixed.at(4, 4));
         // Of a flat photo nothing is detail.
         let grey = Field::constant(9, 9, 0.5).unwrap();
         assert!(saliency.mixed(&grey, &grey, 2.0, &options).unwrap().values().iter().all(|v| *v == 0.25));

@@ -2,7 +2,8 @@
 //!
 //! # The idea
 //! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from a point on one of its crossing
-//! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *chains*: closed ones, and open ones that begin and end on the frame.
+//! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *chains*:
+//! closed ones, and open ones that begin and end on the frame.
 //! A chain with black on its left is the boundary between exactly two components, so its curve (see [`crate::fit`]) is made once
 //! and shared by both.
 //!
@@ -143,6 +144,10 @@ pub fn outline(
     if let Some(i) = cell_areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {
         return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
     }
+    if let Some(i) = tones.and_then(|tones| tones.iter().position(|tone| !tone.is_finite())) {
+        let tone = tones.map_or(f32::NAN, |tones| tones[i]);
+        return Err(Error::Input(format!("the tone of node {i} is {tone}, but it must be finite")));
+    }
     let frame = Frame { width: width as f64, height: height as f64 };
     let chains = trace(triangulation, labels, components)?;
     control.report(0.3)?;
@@ -156,6 +161,15 @@ pub fn outline(
     let is_dot = |component: u32, chain: &Chain| {
         components.sizes[component as usize] == 1 && chains_of[component as usize] == 1 && chain.edges.len() >= 2
     };
+    let mut component_areas = vec![0.0; components.sizes.len()];
+    for (component, area) in components.ids.iter().zip(cell_areas) {
+        component_areas[*component as usize] += area;
+    }
+    // What a loop around a component without holes should enclose.
+    let enclosed = |chain: &Chain| {
+        let sides = [chain.black, chain.white].into_iter().filter(|side| chains_of[*side as usize] == 1);
+        sides.map(|side| component_areas[side as usize]).min_by(f64::total_cmp).filter(|_| tones.is_some())
+    };
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
     let shape_of = |chain: &Chain| -> Result<Shape> {
         control.check()?;
@@ -168,7 +182,7 @@ pub fn outline(
             let at = |[black, white]: [u32; 2]| tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
             let crossings: Vec<Point> =
                 edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
-            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, chain.ends), dot: None });
+            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, enclosed(chain), chain.ends), dot: None });
         };
         let own_is_black = own == chain.black;
         let node = edges[0][usize::from(!own_is_black)] as usize;

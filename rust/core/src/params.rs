@@ -123,7 +123,7 @@ pub struct Options {
     pub alpha: Alpha,
     /// What is passed on when the tone is diffused.
     pub carry: Carry,
-    /// How far the mean of the drawing may be from that of the tone, in [0, 1]: the tones of the nodes are bent until it is met (see
+    /// How far the mean of the drawing may be from that of the tone, in [0, 1], before the tones of the nodes are bent towards it (see
     /// [`crate::mean_tone`]). `None`: as it comes.
     pub tone_tolerance: Option<f64>,
     /// Where boundaries cross the edges of the graph.
@@ -175,7 +175,7 @@ impl Default for Options {
             relax: 1,
             k1: 1.0,
             k2: 0.1,
-            base: 0.26,
+            base: 0.25,
             detail_gain: 6.0,
             rings: 1,
             importance_alpha: Alpha::Constant(1.0),
@@ -295,7 +295,7 @@ impl Options {
         range("stipple_min", self.stipple_min, 0.0, 1000.0, "between 0 and 1000 pixels")?;
         if let Some(largest) = self.stipple_max {
             range("stipple_max", largest, ABOVE_ZERO, 1000.0, "above 0 and at most 1000 pixels")?;
-            range("stipple_max", largest, self.stipple_min, f64::INFINITY, "at least the least radius")?;
+            range("stipple_max", largest, self.stipple_min, f64::INFINITY, "at least stipple_min")?;
         }
         range("irregularity", self.irregularity, 0.0, 1.0, "between 0 and 1")?;
         if self.seed > MAX_SEED {
@@ -359,7 +359,7 @@ mod tests {
         let radii =
             |stipple_min, stipple_max| Options { stipple_min, stipple_max: Some(stipple_max), ..Options::default() }.validate();
         radii(2.0, 2.0).unwrap();
-        assert_eq!(radii(2.0, 1.5).unwrap_err().to_string(), "stipple_max is 1.5, but it must be at least the least radius");
+        assert_eq!(radii(2.0, 1.5).unwrap_err().to_string(), "stipple_max is 1.5, but it must be at least stipple_min");
         assert!(radii(0.0, 0.0).is_err());
         let seeded = |seed| Options { seed, ..Options::default() }.validate();
         seeded(1 << 53).unwrap();

@@ -21,6 +21,8 @@ pub(crate) fn parse(json: &str) -> PyResult<Options> {
         if let Err(error) = serde_json::from_value::<Options>(alone) {
             let allowed = match name.as_str() {
                 "alpha" | "importance_alpha" => "it must be \"tonal\", \"dynamic\" or a number between 0 and 1".to_owned(),
+                "seed" => "it must be a whole number between 0 and 9007199254740992".to_owned(),
+                "tone_tolerance" => "it must be None or a number between 0 and 1".to_owned(),
                 "carry" => "it must be \"value\" or \"area\"".to_owned(),
                 "crossings" => "it must be \"midpoint\" or \"tone\"".to_owned(),
                 _ => in_plain_words(&error.to_string()),
