@@ -83,10 +83,9 @@ def test_random_images_give_sound_graphs_and_pictures(seed, width, height, densi
     scale=st.floats(0.1, 4.0),
     least=st.sampled_from([0.0, 1000.0]),
     irregularity=st.sampled_from([0.0, 0.3, 1.0]),
-    follows_tones=st.booleans(),
 )
 def test_any_labels_on_any_sites_give_a_sound_picture(  # noqa: PLR0917
-    seed, n, width, height, share, spread, scale, least, irregularity, follows_tones
+    seed, n, width, height, share, spread, scale, least, irregularity
 ):
     random = np.random.default_rng(seed)
     # Some of the sites fill the canvas, the others a part of it as small as `spread`.
@@ -94,10 +93,28 @@ def test_any_labels_on_any_sites_give_a_sound_picture(  # noqa: PLR0917
     sites[n // 4 :] = random.uniform(0, 1 - spread, 2) + spread * sites[n // 4 :]
     sites = 0.01 + sites * (np.array([width, height]) - 0.02)
     labels = (random.random(n) < share).astype(np.uint8)
-    # On the side of their label or not, near middle grey or far.
-    tones = np.clip(labels + random.normal(0, 0.6, n), 0, 1) if follows_tones else None
-    shaping = {"tones": tones, "stipple_scale": scale, "stipple_min": least, "irregularity": irregularity, "seed": seed}
+    shaping = {"stipple_scale": scale, "stipple_min": least, "irregularity": irregularity, "seed": seed}
     check_picture(stages.outline(sites, labels, width, height, **shaping), width, height)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(1, 300),
+    width=st.integers(2, 60),
+    height=st.integers(2, 60),
+    share=st.floats(0.0, 1.0),
+    spread=st.floats(0.2, 1.0),
+    tolerance=st.sampled_from([0.0, 0.25, 1.0]),
+)
+def test_any_tones_give_a_sound_picture(seed, n, width, height, share, spread, tolerance):  # noqa: PLR0917
+    random = np.random.default_rng(seed)
+    sites = random.uniform(0, 1, (n, 2))
+    sites[n // 4 :] = random.uniform(0, 1 - spread, 2) + spread * sites[n // 4 :]
+    sites = 0.01 + sites * (np.array([width, height]) - 0.02)
+    labels = (random.random(n) < share).astype(np.uint8)
+    # On the side of their label or not, near middle grey or far.
+    tones = np.clip(labels + random.normal(0, 0.6, n), 0, 1)
+    check_picture(stages.outline(sites, labels, width, height, tones=tones, tolerance=tolerance), width, height)
 
 
 @pytest.mark.parametrize(

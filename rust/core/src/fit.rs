@@ -336,8 +336,9 @@ impl Spline {
         [self.direction(k), self.direction(k + length)]
     }
 
-    /// Scales a small loop about its middle so that the spline has the area that is wanted, or that of the polygon of its crossings,
-    /// if every joint then still lies in its cell and every piece crosses its edge.
+    /// Scales a small loop about its middle so that the spline has the area that is wanted, if every joint then still lies in its
+    /// cell and every piece crosses its edge; else that of the polygon of its crossings, which moves joints hardly, if every piece
+    /// then still crosses its edge.
     fn rescale(&mut self, sleeve: &Sleeve, wanted: Option<f64>) {
         let n = self.controls.len();
         let polygon: Vec<[f64; 2]> = self.controls.iter().map(|p| [p.x, p.y]).collect();
@@ -346,23 +347,25 @@ impl Spline {
             return;
         }
         let spline: f64 = (0..n).map(|k| self.area(k)).sum();
-        let factors = [wanted.unwrap_or(area), area].map(|area| (area / spline.abs()).sqrt());
-        for factor in factors {
-            if factor > 1.0 && factor < 1.5 && self.scale(factor, sleeve) {
-                return;
-            }
+        let is_done = wanted.is_some_and(|wanted| self.scale((wanted / spline.abs()).sqrt(), sleeve, true));
+        if !is_done {
+            self.scale((area / spline.abs()).sqrt(), sleeve, false);
         }
     }
 
-    /// Scales a loop about its middle, if it then stays in its sleeve; says whether it did.
-    fn scale(&mut self, factor: f64, sleeve: &Sleeve) -> bool {
+    /// Scales a loop about its middle, if every piece then still crosses its edge and, with `holds_joints`, every joint lies in its
+    /// cell; says whether it did.
+    fn scale(&mut self, factor: f64, sleeve: &Sleeve, holds_joints: bool) -> bool {
+        if !(factor > 1.0 && factor < 1.5) {
+            return false;
+        }
         let n = self.controls.len();
         let middle = (self.controls.iter().fold(Vec2::ZERO, |sum, p| sum + p.to_vec2()) / n as f64).to_point();
         let scaled = |p: &Point| middle + (*p - middle) * factor;
         let joints: Vec<Point> = self.joints.iter().map(scaled).collect();
         let stays = (0..n).all(|k| {
             let [black, white] = sleeve.edges[k];
-            sleeve.cell(k).holds(joints[k]) && clear(crossing(joints[k], joints[k + 1], black, white))
+            (!holds_joints || sleeve.cell(k).holds(joints[k])) && clear(crossing(joints[k], joints[k + 1], black, white))
         });
         if stays {
             self.controls = self.controls.iter().map(scaled).collect();
