@@ -155,15 +155,21 @@ def run(photos: Sequence[PhotoFile], selection: Selection, root: Path, executor:
 def _interrupts_kept_from_processes() -> Iterator[None]:
     """Keep Ctrl-C from processes that are started here: the terminal sends it to all, and this process alone should answer.
 
-    They inherit that it is blocked. Here it waits meanwhile, and is not lost.
+    They inherit that it is blocked. Here it waits meanwhile, and is not lost: other threads of this process do not block it, so it
+    is noted too, and raised when the processes have all that they start with.
     """
     # Where it starts with the first process, it would unblock Ctrl-C.
     resource_tracker.ensure_running()
+    noted: list[int] = []
+    handler = signal.signal(signal.SIGINT, lambda number, _: noted.append(number))
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.signal(signal.SIGINT, handler)
+    if noted:
+        raise KeyboardInterrupt
 
 
 @contextmanager
