@@ -807,7 +807,13 @@ def test_what_is_done_survives_an_interruption(folder: Path, tmp_path: Path, how
     values = [0, *range(2, 40)]
     sweep, total = "relax=" + ",".join(map(str, values)), len(values) + 2
     arguments = [folder, "--methods", "paper", "--sweep", sweep, "--out", tmp_path, "--jobs", "2"]
-    with subprocess.Popen([*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    # A shell that runs the tests in the background has them ignore Ctrl-C, and what they start would too.
+    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        process = subprocess.Popen([*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    with process:
         wait_for_result(process, tmp_path)
         process.send_signal(how)
         _, said = process.communicate(timeout=60)
