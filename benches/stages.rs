@@ -60,11 +60,11 @@ fn stages(criterion: &mut Criterion) {
     group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(4));
     let none = || ();
     let spacing = options.budget((width * height) as f64).spacing;
-    let emphasized = emphasize(luma.clone(), spacing, options.sharpen, options.local_contrast);
+    let emphasized = emphasize(&luma, spacing, &options);
     let means = cells(sites, width, height, samples, Some(&emphasized), &control).expect("the sites are on the canvas").means;
     let nodes = Nodes { labels, areas: &areas, tones: Some(&outcome.tone) };
     let wanted = options.tone_tolerance.map(|tolerance| (luma.mean(), tolerance));
-    measure(&mut group, "emphasis", || luma.clone(), |tone| emphasize(tone, spacing, options.sharpen, options.local_contrast));
+    measure(&mut group, "emphasis", none, |()| emphasize(&luma, spacing, &options));
     measure(&mut group, "importance", none, |()| importance.mixed(&luma, &emphasized, spacing, &options));
     measure(&mut group, "lattice_means", none, |()| lattice_means(lattice, &outcome.importance, samples, &control));
     measure(&mut group, "first_diffusion", none, |()| diffuse(lattice, &values, None, &first_phase, &control));

@@ -73,6 +73,16 @@ def test_random_images_give_sound_graphs_and_pictures(seed, width, height, densi
     assert stats["nodes"] == len(drawing.graph.sites)
 
 
+def labelled_sites(  # noqa: PLR0917
+    random: np.random.Generator, n: int, width: int, height: int, share: float, spread: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return sites, three quarters of them in a part of the canvas as small as `spread`, and labels, a `share` of them white."""
+    sites = random.uniform(0, 1, (n, 2))
+    sites[n // 4 :] = random.uniform(0, 1 - spread, 2) + spread * sites[n // 4 :]
+    sites = 0.01 + sites * (np.array([width, height]) - 0.02)
+    return sites, (random.random(n) < share).astype(np.uint8)
+
+
 @given(
     seed=SEEDS,
     n=st.integers(3, 300),
@@ -87,12 +97,7 @@ def test_random_images_give_sound_graphs_and_pictures(seed, width, height, densi
 def test_any_labels_on_any_sites_give_a_sound_picture(  # noqa: PLR0917
     seed, n, width, height, share, spread, scale, least, irregularity
 ):
-    random = np.random.default_rng(seed)
-    # Some of the sites fill the canvas, the others a part of it as small as `spread`.
-    sites = random.uniform(0, 1, (n, 2))
-    sites[n // 4 :] = random.uniform(0, 1 - spread, 2) + spread * sites[n // 4 :]
-    sites = 0.01 + sites * (np.array([width, height]) - 0.02)
-    labels = (random.random(n) < share).astype(np.uint8)
+    sites, labels = labelled_sites(np.random.default_rng(seed), n, width, height, share, spread)
     shaping = {"stipple_scale": scale, "stipple_min": least, "irregularity": irregularity, "seed": seed}
     check_picture(stages.outline(sites, labels, width, height, **shaping), width, height)
 
@@ -108,10 +113,7 @@ def test_any_labels_on_any_sites_give_a_sound_picture(  # noqa: PLR0917
 )
 def test_any_tones_give_a_sound_picture(seed, n, width, height, share, spread, tolerance):  # noqa: PLR0917
     random = np.random.default_rng(seed)
-    sites = random.uniform(0, 1, (n, 2))
-    sites[n // 4 :] = random.uniform(0, 1 - spread, 2) + spread * sites[n // 4 :]
-    sites = 0.01 + sites * (np.array([width, height]) - 0.02)
-    labels = (random.random(n) < share).astype(np.uint8)
+    sites, labels = labelled_sites(random, n, width, height, share, spread)
     # On the side of their label or not, near middle grey or far.
     tones = np.clip(labels + random.normal(0, 0.6, n), 0, 1)
     check_picture(stages.outline(sites, labels, width, height, tones=tones, tolerance=tolerance), width, height)

@@ -144,8 +144,7 @@ pub fn outline(
     if let Some(i) = cell_areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {
         return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
     }
-    if let Some(i) = tones.and_then(|tones| tones.iter().position(|tone| !tone.is_finite())) {
-        let tone = tones.map_or(f32::NAN, |tones| tones[i]);
+    if let Some((i, tone)) = tones.unwrap_or_default().iter().enumerate().find(|(_, tone)| !tone.is_finite()) {
         return Err(Error::Input(format!("the tone of node {i} is {tone}, but it must be finite")));
     }
     let frame = Frame { width: width as f64, height: height as f64 };

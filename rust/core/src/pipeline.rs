@@ -112,7 +112,7 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
     let (mean, tone, field, lattice, values) = stages.run(0, || {
         let tone = tone::adjust(luma, options);
         let mean = tone.mean();
-        let emphasized = emphasize(tone.clone(), budget.spacing, options.sharpen, options.local_contrast);
+        let emphasized = emphasize(&tone, budget.spacing, options);
         control.check()?;
         let field = importance.mixed(&tone, &emphasized, budget.spacing, options)?;
         control.check()?;

@@ -7,7 +7,7 @@ use graphstipple_core::importance::Importance;
 use graphstipple_core::lattice::Lattice;
 use graphstipple_core::mean_tone;
 use graphstipple_core::outline::{Nodes, Shaping};
-use graphstipple_core::{components as core_components, outline as core_outline, pipeline, triangulation, voronoi};
+use graphstipple_core::{Field, Options, components as core_components, outline as core_outline, pipeline, triangulation, voronoi};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -36,6 +36,11 @@ pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options
     Ok((arrays::from_pairs(py, sites)?, arrays::from_pairs(py, edges)?))
 }
 
+/// How far apart the nodes are that the options keep on the canvas of a tone, in pixels.
+fn spacing(tone: &Field, options: &Options) -> f64 {
+    options.budget((tone.width() * tone.height()) as f64).spacing
+}
+
 /// The emphasized tone, with the spacing that the options (JSON) come to.
 #[pyfunction]
 pub(crate) fn emphasize<'py>(
@@ -45,10 +50,7 @@ pub(crate) fn emphasize<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options::parse(options_json)?;
     let tone = arrays::field(&tone)?;
-    let emphasized = watch::run_core(py, move |_| {
-        let spacing = options.budget((tone.width() * tone.height()) as f64).spacing;
-        Ok(emphasis::emphasize(tone, spacing, options.sharpen, options.local_contrast))
-    })?;
+    let emphasized = watch::run_core(py, move |_| Ok(emphasis::emphasize(&tone, spacing(&tone, &options), &options)))?;
     arrays::from_field(py, emphasized)
 }
 
@@ -64,8 +66,8 @@ pub(crate) fn mixed_importance<'py>(
     let options = options::parse(options_json)?;
     let (tone, map) = (arrays::field(&tone)?, arrays::field(&given)?);
     let mixed = watch::run_core(py, move |_| {
-        let spacing = options.budget((tone.width() * tone.height()) as f64).spacing;
-        let emphasized = emphasis::emphasize(tone.clone(), spacing, options.sharpen, options.local_contrast);
+        let spacing = spacing(&tone, &options);
+        let emphasized = emphasis::emphasize(&tone, spacing, &options);
         let importance = if is_factor { Importance::Map(map) } else { Importance::Saliency(map) };
         importance.mixed(&tone, &emphasized, spacing, &options)
     })?;
