@@ -266,6 +266,41 @@ def components(edges: ArrayLike, labels: ArrayLike) -> Integers:
     return rank[inverse]
 
 
+def split(edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, most: int) -> Integers:
+    """Take apart dots that fused by chance, with sets."""
+    before, labels = np.asarray(labels).astype(np.int64), np.array(labels, np.int64)
+    tones = np.asarray(tones, np.float32)
+    near: list[set[int]] = [set() for _ in labels]
+    for i, j in np.asarray(edges, dtype=np.int64).reshape(-1, 2).tolist():
+        near[i].add(j)
+        near[j].add(i)
+    ids = components(edges, before)
+    for component in np.flatnonzero(np.isin(np.bincount(ids), range(2, most + 1))):
+        fused = set(np.flatnonzero(ids == component).tolist())
+        label = before[min(fused)]
+        other_side = {node: (tones[node] >= 0.5) != label for node in range(len(tones))}
+        reached = {node for one in fused for node in near[one]} - fused
+        if not all(other_side[node] for node in fused) or any(labels[node] != label for node in fused):
+            continue
+        if any(labels[node] == label for node in reached):
+            continue
+        order = sorted(range(len(tones)), key=lambda node: (abs(tones[node] - np.float32(label)), node))
+        kept: set[int] = set()
+        for node in (node for node in order if node in fused):
+            kept |= set() if near[node] & kept else {node}
+        within_two = reached | {node for one in reached for node in near[one]}
+        free = [node for node in order if node in within_two and labels[node] != label and other_side[node]]
+        places: set[int] = set()
+        for node in free:
+            taken = {other for other in near[node] - fused if labels[other] == label} | (near[node] & (kept | places))
+            if len(places) < len(fused - kept) and not taken:
+                places.add(node)
+        if len(places) == len(fused - kept):
+            labels[list(fused - kept)] = 1 - label
+            labels[list(places)] = label
+    return labels
+
+
 # Saliency and luma ---------------------------------------------------------------------------------------------------------------
 
 

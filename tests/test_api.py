@@ -186,6 +186,7 @@ def test_the_stages_make_the_same_drawing(small: np.ndarray) -> None:
     tones = gs.stages.bend(cells.means, drawing.stats["tone_bend"])
     np.testing.assert_array_equal(tones, drawing.graph.tone)
     labels = gs.stages.diffuse(sites, drawing.graph.edges, tones, areas=cells.areas)
+    labels = gs.stages.split(drawing.graph.edges, tones, labels)
     np.testing.assert_array_equal(labels, drawing.graph.labels)
     np.testing.assert_array_equal(gs.stages.components(drawing.graph.edges, labels), drawing.graph.components)
     outline = gs.stages.outline(sites, labels, width, height, areas=cells.areas, tones=tones)

@@ -25,7 +25,7 @@ def test_defaults_are_rusts() -> None:
 
 def test_paper_is_rusts_and_changes_apply() -> None:
     assert known_to_rust(gs.Options.paper()) == json.loads(_core.preset_options("paper"))
-    ours = {"detail": 0, "floor": 0, "midtones": 0, "sharpen": 0, "local_contrast": 0, "tone_tolerance": None}
+    ours = {"detail": 0, "floor": 0, "midtones": 0, "sharpen": 0, "local_contrast": 0, "tone_tolerance": None, "split": 0}
     diffusion = {"base": 0.5, "importance_alpha": "dynamic", "alpha": "dynamic", "carry": "value", "crossings": "midpoint"}
     expected = gs.Options(density=0.5, relax=2, tolerance=0, **ours, **diffusion)  # type: ignore[arg-type]
     assert gs.Options.paper(relax=2, density=0.5) == expected
@@ -81,6 +81,7 @@ def test_numpy_scalars_are_numbers() -> None:
         ({"importance_alpha": -0.1}, "importance_alpha is -0.1"),
         ({"carry": "all"}, 'carry is "all", but it must be "value" or "area"'),
         ({"crossings": "edge"}, 'crossings is "edge", but it must be "midpoint" or "tone"'),
+        ({"split": 13}, "split is 13, but it must be between 0 and 12 nodes"),
         ({"tone_tolerance": -0.1}, "tone_tolerance is -0.1, but it must be between 0 and 1"),
         ({"fineness": 0}, "fineness is 0, but it must be above 0 and at most 16"),
         ({"detail": 1.5}, "detail is 1.5, but it must be between 0 and 1"),

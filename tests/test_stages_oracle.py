@@ -299,6 +299,17 @@ def test_saliency_of_noise_and_of_small_images(seed, width, height, flat):
     check_saliency(gs._core.saliency(gray.astype(np.float32) / 255), gray)
 
 
+@given(seed=SEEDS, n=st.integers(3, 600), low=st.floats(0.0, 0.6), most=st.integers(0, 12))
+def test_split(seed, n, low, most):
+    sites, random = scattered(seed, n, 50, 40, "evenly"), np.random.default_rng(seed)
+    edges = oracles.delaunay_edges(sites, 50, 40).astype(np.uint32)
+    tones = (low + 0.4 * random.random(len(sites))).astype(np.float32)
+    labels = (random.random(len(sites)) < tones).astype(np.uint8)
+    found = stages.split(edges, tones, labels, most)
+    np.testing.assert_array_equal(found, oracles.split(edges, tones, labels, most))
+    assert found.sum() == labels.sum()
+
+
 # Bad arguments -------------------------------------------------------------------------------------------------------------------
 
 GOOD = np.array([[1.0, 1.0], [5.0, 2.0], [3.0, 6.0]])
@@ -322,6 +333,10 @@ NO_EDGES = np.zeros((0, 2), np.uint32)
         lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], alpha="dynamical"),
         lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], k1=-1),
         lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], rings=0),
+        lambda: stages.split([[0, 1]], [0.1, 0.2, 0.3], [0, 1]),
+        lambda: stages.split([[0, 1]], [0.1, 0.2], [0, 2]),
+        lambda: stages.split([[0, 2]], [0.1, 0.2], [0, 1]),
+        lambda: stages.split([[0, 1]], [0.1, 0.2], [0, 1], most=13),
         lambda: stages.components([[0, 9]], np.zeros(3, np.uint8)),
         lambda: stages.lattice(10, 10, np.nan),
         lambda: stages.lattice(10, 10, 0.0),
@@ -329,7 +344,7 @@ NO_EDGES = np.zeros((0, 2), np.uint32)
         lambda: stages.lattice(10, 10, 1.0, "triangular"),
         lambda: stages.relax(GOOD, 8, 8, -1),
     ],
-    ids=range(20),
+    ids=range(24),
 )
 def test_bad_arguments_raise_one_clear_sentence(call):
     with pytest.raises(gs.GraphStippleError) as caught:
@@ -354,14 +369,17 @@ def test_a_drawing_is_what_the_stages_say(name, options):
     # Equal tones tie up to rounding, so the diffusion is compared with the Rust stage here and with the oracle above.
     samples = stages.samples_per_pixel(drawing.stats["density"])
     areas = stages.cells(graph.sites, width, height, samples_per_pixel=samples).areas
-    np.testing.assert_array_equal(stages.diffuse(graph.sites, graph.edges, graph.tone, areas=areas), graph.labels)
+    diffused = stages.diffuse(graph.sites, graph.edges, graph.tone, areas=areas)
+    np.testing.assert_array_equal(stages.split(graph.edges, graph.tone, diffused), graph.labels)
+    np.testing.assert_array_equal(oracles.split(graph.edges, graph.tone, diffused, 4), graph.labels)
+    assert graph.labels.sum() == diffused.sum()
     tone, saliency = photo_luma(name, width, height), gs.saliency(photo(name, width, height))
     np.testing.assert_array_equal(drawing.importance, stages.importance(tone, saliency, drawing.options))
     # Bending is what brings the mean of the drawing to that of the photo.
     means = stages.cells(graph.sites, width, height, stages.emphasize(tone, drawing.options), samples).means
     bent = stages.bend(means, drawing.stats["tone_bend"])
     np.testing.assert_array_equal(bent, graph.tone)
-    assert abs(areas @ graph.labels / areas.sum() - tone.mean()) <= drawing.options.tone_tolerance + 1e-9
+    assert abs(areas @ diffused / areas.sum() - tone.mean()) <= drawing.options.tone_tolerance + 1e-9
 
 
 # Emphasis and importance ---------------------------------------------------------------------------------------------------------

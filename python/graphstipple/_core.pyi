@@ -32,6 +32,7 @@ __all__ = [
     "relax",
     "saliency",
     "samples_per_pixel",
+    "split",
     "triangulate",
     "validated_options",
 ]
@@ -117,6 +118,9 @@ def diffuse(
     values: npt.NDArray[np.float32],
     areas: npt.NDArray[np.float64] | None,
     options_json: str,
+) -> npt.NDArray[np.uint8]: ...
+def split(
+    edges: npt.NDArray[np.uint32], tones: npt.NDArray[np.float32], labels: npt.NDArray[np.uint8], most: int
 ) -> npt.NDArray[np.uint8]: ...
 def components(edges: npt.NDArray[np.uint32], labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint32]: ...
 def outline(

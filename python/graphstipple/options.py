@@ -58,6 +58,8 @@ class Options:
     tone_tolerance : float, optional
         How far the drawing's mean may be from the tone's before the nodes' tones are bent towards it, 0 to 1; None leaves it as
         it comes.
+    split : int
+        Dots that fused by chance, up to this many nodes together, are taken apart where there is room, 0 to 12; below 2 none are.
     crossings : {"tone", "midpoint"}
         Where boundaries cross the edges between nodes: where the tone passes middle grey, or in the middle.
     sharpen, local_contrast : float
@@ -101,7 +103,7 @@ class Options:
     nodes: int | None = None
     nodes_per_pixel: float | None = None
     fineness: float = 1.0
-    detail: float = 0.9
+    detail: float = 0.95
     floor: float = 0.1
     midtones: float = 0.7
     relax: int = 1
@@ -114,6 +116,7 @@ class Options:
     alpha: Literal["tonal", "dynamic"] | float = "tonal"
     carry: Literal["area", "value"] = "area"
     tone_tolerance: float | None = 0.02
+    split: int = 4
     crossings: Literal["tone", "midpoint"] = "tone"
     sharpen: float = 2.5
     local_contrast: float = 1.5

@@ -1,8 +1,8 @@
 """The stages of the method, each callable alone on arrays.
 
 In the order of the pipeline: `tone`, `emphasize`, `importance`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and
-node budget in one), `relax`, `triangulate`, `cells`, `bend`, `diffuse`, `components`, `outline`. They are the functions that
-`graphstipple.draw` runs.
+node budget in one), `relax`, `triangulate`, `cells`, `bend`, `diffuse`, `split`, `components`, `outline`. They are the functions
+that `graphstipple.draw` runs.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
 converted by copying. Every function raises `InvalidInputError` for arrays that break its rules.
@@ -39,6 +39,7 @@ __all__ = [
     "owners",
     "relax",
     "samples_per_pixel",
+    "split",
     "tone",
     "triangulate",
 ]
@@ -347,6 +348,29 @@ def diffuse(
     starting = _array("values", values, np.float32, 1)
     cell_areas = None if areas is None else _array("areas", areas, np.float64, 1)
     return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._json())
+
+
+def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, most: int = 4) -> npt.NDArray[np.uint8]:
+    """Return the labels with dots taken apart that fused by chance (docs/method.md).
+
+    Parameters
+    ----------
+    edges : array_like, (m, 2)
+        Every edge once.
+    tones : array_like, (n,)
+        Tone of every node, as diffused.
+    labels : array_like, (n,)
+        0 black, 1 white: what the diffusion gave.
+    most : int
+        As `Options.split`: components of 2 to so many nodes are taken apart.
+
+    Returns
+    -------
+    ndarray of uint8, (n,)
+        As many of either label as before.
+    """
+    values = _array("tones", tones, np.float32, 1)
+    return _core.split(_edges(edges), values, _array("labels", labels, np.uint8, 1), Options(split=most).split)
 
 
 def components(edges: npt.ArrayLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint32]:

@@ -16,6 +16,7 @@ the node budget among them, as in the defaults:
 - tonal alpha: `alpha`, `base`;
 - error carried by area: `carry`;
 - correction of the mean tone: `tone_tolerance`;
+- fused dots split: `split`;
 - crossings by tone: `crossings`;
 - alpha = 1 for the importance: `importance_alpha`.
 
@@ -76,6 +77,7 @@ _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-tonal-alpha", "dynamic alpha", {"alpha": "dynamic", "base": 0.5}),
     ("no-area", "error carried by value", {"carry": "value"}),
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
+    ("fused-dots", "fused dots left", {"split": 0}),
     ("midpoint-crossings", "crossings at midpoints", {"crossings": "midpoint"}),
     ("dynamic-importance-alpha", "dynamic alpha for the importance", {"importance_alpha": "dynamic"}),
 )

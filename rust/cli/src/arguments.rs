@@ -115,7 +115,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, help_heading = "Nodes")]
     fineness: Option<f64>,
 
-    /// Share of the photo's own detail in the importance, against saliency (or against 1, with an image file), 0 to 1; default 0.9
+    /// Share of the photo's own detail in the importance, against saliency (or against 1, with an image file), 0 to 1; default 0.95
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
     detail: Option<f64>,
 
@@ -163,6 +163,10 @@ pub(crate) struct Arguments {
     /// What is passed on: the error's value, or value times area of the node's cell; default area
     #[arg(long, value_name = "KIND", value_parser = parse_carry, help_heading = "Diffusion")]
     carry: Option<Carry>,
+
+    /// Take apart dots that fused by chance, up to so many together, where there is room, 0 to 12; default 4
+    #[arg(long, value_name = "NODES", allow_negative_numbers = true, help_heading = "Diffusion")]
+    split: Option<u32>,
 
     /// How far the drawing's mean may be from the tone's before tones are bent towards it, 0 to 1; off: as it comes; default 0.02
     #[arg(long, value_name = "NUMBER", value_parser = parse_tone_tolerance, allow_negative_numbers = true, help_heading = "Tone")]
@@ -345,6 +349,7 @@ impl Arguments {
         set(&mut options.alpha, self.alpha);
         set(&mut options.carry, self.carry);
         set(&mut options.tone_tolerance, self.tone_tolerance.map(|MaybeNumber(number)| number));
+        set(&mut options.split, self.split);
         set(&mut options.crossings, self.crossings);
         set(&mut options.sharpen, self.sharpen);
         set(&mut options.local_contrast, self.local_contrast);
@@ -497,7 +502,7 @@ mod tests {
     fn every_option_arrives() {
         let all = "--lattice square --density 1.5 --nodes 60000 --fineness 2 --detail 0.7 --floor 0.1 --midtones 0.5 --relax 2 \
                    --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --alpha 1 --carry value \
-                   --tone-tolerance off --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
+                   --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
                    --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.5 --linear --gamma 1.1 --contrast 1.2 --invert \
                    --threads 2 --background #0aF01b";
         let expected = Options {
@@ -519,6 +524,7 @@ mod tests {
             alpha: Alpha::Constant(1.0),
             carry: Carry::Value,
             tone_tolerance: None,
+            split: 3,
             crossings: Crossings::Midpoint,
             sharpen: 3.0,
             local_contrast: 2.0,

@@ -33,6 +33,7 @@ pub mod pipeline;
 pub mod presets;
 pub mod raster;
 pub mod saliency;
+pub mod split;
 pub mod svg;
 pub mod tone;
 pub mod triangulation;

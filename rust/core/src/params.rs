@@ -126,6 +126,9 @@ pub struct Options {
     /// How far the mean of the drawing may be from that of the tone, in [0, 1], before the tones of the nodes are bent towards it (see
     /// [`crate::mean_tone`]). `None`: as it comes.
     pub tone_tolerance: Option<f64>,
+    /// Dots that fused by chance, up to this many nodes together, are taken apart where there is room, 0 to 12: see
+    /// [`crate::split`]. Below 2: none.
+    pub split: u32,
     /// Where boundaries cross the edges of the graph.
     pub crossings: Crossings,
     /// Emphasis of details as fine as the nodes, before the diffusion, in [0, 100]: see [`crate::emphasis`].
@@ -169,7 +172,7 @@ impl Default for Options {
             nodes: None,
             nodes_per_pixel: None,
             fineness: 1.0,
-            detail: 0.9,
+            detail: 0.95,
             floor: 0.1,
             midtones: 0.7,
             relax: 1,
@@ -182,6 +185,7 @@ impl Default for Options {
             alpha: Alpha::Tonal,
             carry: Carry::Area,
             tone_tolerance: Some(0.02),
+            split: 4,
             crossings: Crossings::Tone,
             sharpen: 2.5,
             local_contrast: 1.5,
@@ -237,6 +241,7 @@ impl Options {
             alpha: Alpha::Dynamic,
             carry: Carry::Value,
             tone_tolerance: None,
+            split: 0,
             crossings: Crossings::Midpoint,
             sharpen: 0.0,
             local_contrast: 0.0,
@@ -289,6 +294,7 @@ impl Options {
         if let Some(tone_tolerance) = self.tone_tolerance {
             range("tone_tolerance", tone_tolerance, 0.0, 1.0, "between 0 and 1")?;
         }
+        range("split", f64::from(self.split), 0.0, 12.0, "between 0 and 12 nodes")?;
         range("sharpen", self.sharpen, 0.0, 100.0, "between 0 and 100")?;
         range("local_contrast", self.local_contrast, 0.0, 100.0, "between 0 and 100")?;
         range("stipple_scale", self.stipple_scale, ABOVE_ZERO, 4.0, "above 0 and at most 4")?;

@@ -1,7 +1,7 @@
 //! The whole method: the only file that knows the order of the stages.
 //!
 //! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
-//! graph -> node tones -> labels of the right mean -> components -> outlines -> drawing.
+//! graph -> node tones -> labels of the right mean, fused dots split -> components -> outlines -> drawing.
 
 use std::time::Instant;
 
@@ -18,6 +18,7 @@ use crate::lattice::Lattice;
 use crate::mean_tone::{Toned, diffuse_to_mean};
 use crate::outline::{Nodes, Shaping, outline};
 use crate::params::{Alpha, Crossings, Options};
+use crate::split::split;
 use crate::tone;
 use crate::triangulation::triangulate;
 use crate::voronoi::{cells, lattice_means, relax, samples_per_pixel};
@@ -136,7 +137,10 @@ fn run(luma: &Field, importance: &Importance, options: &Options, control: &Contr
     let Toned { tones, labels, amount } = stages.run(5, || {
         let wanted = options.tone_tolerance.map(|tolerance| (mean, tolerance));
         let parameters = Diffusion::of_tone(options);
-        diffuse_to_mean(&triangulation.graph, &cells.means, &cells.areas, options.carry, wanted, &parameters, control)
+        let graph = &triangulation.graph;
+        let mut toned = diffuse_to_mean(graph, &cells.means, &cells.areas, options.carry, wanted, &parameters, control)?;
+        split(graph, &toned.tones, &mut toned.labels, options.split)?;
+        Ok(toned)
     })?;
     let (components, outlines) = stages.run(6, || {
         let components = components(&triangulation.graph, &labels);

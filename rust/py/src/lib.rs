@@ -27,7 +27,7 @@ mod _core {
     #[pymodule_export]
     use crate::stages::{
         bend, cells, components, diffuse, emphasize, lattice, lattice_labels, mixed_importance, outline, owners, relax,
-        samples_per_pixel, triangulate,
+        samples_per_pixel, split, triangulate,
     };
     use crate::watch;
     use pyo3::prelude::*;

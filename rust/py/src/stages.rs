@@ -7,7 +7,9 @@ use graphstipple_core::importance::Importance;
 use graphstipple_core::lattice::Lattice;
 use graphstipple_core::mean_tone;
 use graphstipple_core::outline::{Nodes, Shaping};
-use graphstipple_core::{Field, Options, components as core_components, outline as core_outline, pipeline, triangulation, voronoi};
+use graphstipple_core::{
+    Field, Options, components as core_components, outline as core_outline, pipeline, split as core_split, triangulation, voronoi,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -181,6 +183,25 @@ pub(crate) fn diffuse<'py>(
     let (values, areas) = (arrays::values(&values), areas.as_ref().map(arrays::values));
     let labels = watch::run_core(py, move |control| {
         diffusion::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
+    })?;
+    Ok(labels.into_pyarray(py))
+}
+
+/// The labels with dots taken apart that fused by chance.
+#[pyfunction]
+pub(crate) fn split<'py>(
+    py: Python<'py>,
+    edges: PyReadonlyArray2<'py, u32>,
+    tones: PyReadonlyArray1<'py, f32>,
+    labels: PyReadonlyArray1<'py, u8>,
+    most: u32,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
+    let labels = watch::run_core(py, move |_| {
+        // As for components, any positions will do.
+        let graph = Graph::from_edges(vec![[0.0; 2]; labels.len()], &edges)?;
+        core_split::split(&graph, &tones, &mut labels, most)?;
+        Ok(labels)
     })?;
     Ok(labels.into_pyarray(py))
 }
