@@ -3,6 +3,8 @@
 #   make test    Rust and Python tests          make lint    formatters, linters, types
 #   make bench   speed                          make format  apply the formatters
 #   make build   the package in .venv           make clean   remove everything made here
+#   make performance   the tables of docs/performance.md anew, for an idle machine
+#   make peers   speed beside other programs, which it installs into out/peers
 #   make evaluate   compare methods on scikit-image's photos: a report in out/evaluation
 PYTHON ?= python3
 VENV := .venv
@@ -20,7 +22,7 @@ BINARY := target/release/graphstipple
 # Public-domain photos in scikit-image's wheel.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
 
-.PHONY: build demo test lint format bench evaluate clean
+.PHONY: build demo test lint format bench performance peers evaluate clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -67,10 +69,18 @@ format: $(ENVIRONMENT)
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
-bench:
+bench: $(PACKAGE) $(BINARY)
 	cargo bench --package graphstipple-bench --locked --bench stages
 	cargo bench --package graphstipple-bench --locked --bench scale
 	cargo bench --package graphstipple-bench --locked --bench formats
+	cargo bench --package graphstipple-bench --locked --bench threads
+	$(BIN)/python benches/ratios.py
+
+peers: $(EVALUATION) $(BINARY)
+	$(BIN)/python benches/peers.py
+
+performance: $(EVALUATION) $(BINARY)
+	$(BIN)/python benches/document.py
 
 evaluate: $(EVALUATION)
 	$(BIN)/python -m graphstipple.metrics fetch

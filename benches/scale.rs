@@ -8,7 +8,7 @@ use std::error::Error;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use graphstipple_bench::{Photo, is_smoke_run, options, photo};
+use graphstipple_bench::{Photo, after, is_smoke_run, median, options, photo};
 use graphstipple_core::Options;
 use graphstipple_core::control::Control;
 use graphstipple_core::pipeline::draw;
@@ -33,8 +33,14 @@ impl Size {
     }
 }
 
-/// A common small photo, then 1, 4 and 16 megapixels. Growth is counted from [`BASE`] on.
-const SIZES: [Size; 4] = [Size::new(1024, 768, 5), Size::new(1152, 864, 5), Size::new(2304, 1728, 3), Size::new(4608, 3456, 1)];
+/// A common small photo, then 1, 4, 16 and 24 megapixels. Growth is counted from [`BASE`] on.
+const SIZES: [Size; 5] = [
+    Size::new(1024, 768, 5),
+    Size::new(1152, 864, 5),
+    Size::new(2304, 1728, 3),
+    Size::new(4608, 3456, 1),
+    Size::new(6000, 4000, 1),
+];
 
 /// The same on tiny photos.
 const TINY_SIZES: [Size; 3] = [Size::new(32, 24, 1), Size::new(40, 30, 1), Size::new(80, 60, 2)];
@@ -42,36 +48,102 @@ const TINY_SIZES: [Size; 3] = [Size::new(32, 24, 1), Size::new(40, 30, 1), Size:
 /// Which of the sizes the larger ones are compared with.
 const BASE: usize = 1;
 
+/// The largest size without `--up-to`, in megapixels: a larger one takes minutes or many gigabytes.
+const UP_TO: f64 = 16.0;
+
+/// How many nodes the lattice has, and how many of them are kept.
+#[derive(Clone, Copy)]
+enum Nodes {
+    /// As the default options have it.
+    Default,
+    Given {
+        density: f64,
+        nodes_per_pixel: f64,
+    },
+}
+
+impl Nodes {
+    /// The share of the lattice's nodes that is kept by default, at another density.
+    fn at_density(density: f64) -> Self {
+        let nodes_per_pixel = options().nodes_per_pixel.expect("the measured options have a budget") * density;
+        Self::Given { density, nodes_per_pixel }
+    }
+
+    fn options(self) -> Options {
+        match self {
+            Self::Default => Options::default(),
+            Self::Given { density, nodes_per_pixel } => {
+                Options { density: Some(density), nodes_per_pixel: Some(nodes_per_pixel), ..options() }
+            }
+        }
+    }
+
+    /// As arguments to a child.
+    fn arguments(self) -> Vec<String> {
+        match self {
+            Self::Default => vec!["default".to_owned()],
+            Self::Given { density, nodes_per_pixel } => vec![density.to_string(), nodes_per_pixel.to_string()],
+        }
+    }
+
+    fn parse(arguments: &[String]) -> Result<Self, Box<dyn Error>> {
+        Ok(match arguments {
+            [word, ..] if word == "default" => Self::Default,
+            [density, nodes_per_pixel, ..] => Self::Given { density: density.parse()?, nodes_per_pixel: nodes_per_pixel.parse()? },
+            _ => return Err("a child needs a density and nodes a pixel, or the word default".into()),
+        })
+    }
+}
+
 /// What a child measured: the names in `stats.seconds`, and a few more.
 type Measures = BTreeMap<String, f64>;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let after = |wanted: &str| arguments.iter().position(|a| a == wanted).map(|i| &arguments[i + 1..]);
-    if let Some([width, height, runs, ..]) = after("--child") {
-        for (name, value) in measure(Size::new(width.parse()?, height.parse()?, runs.parse()?))? {
+    if let Some([width, height, runs, nodes @ ..]) = after(&arguments, "--bare") {
+        let size = Size::new(width.parse()?, height.parse()?, runs.parse()?);
+        for (name, value) in measure(size, &Nodes::parse(nodes)?.options())? {
             println!("{name}\t{value}");
         }
         return Ok(());
     }
-    let quick = is_smoke_run() || arguments.iter().any(|a| a == "--quick");
-    let largest = match after("--up-to") {
-        Some(rest) => rest.first().ok_or("--up-to needs a number of megapixels")?.parse()?,
-        None => f64::INFINITY,
+    if let Some([width, height, path, ..]) = after(&arguments, "--photo") {
+        return write_photo(width.parse()?, height.parse()?, path);
+    }
+    let number = |flag: &str, default: f64| -> Result<f64, Box<dyn Error>> {
+        Ok(match after(&arguments, flag) {
+            Some(rest) => rest.first().ok_or_else(|| format!("{flag} needs a number"))?.parse()?,
+            None => default,
+        })
     };
-    let mut sizes = if quick { TINY_SIZES.to_vec() } else { SIZES.to_vec() };
-    sizes.retain(|size| size.pixels() <= 1e6 * largest);
-    let columns = sizes.into_iter().map(|size| Ok((size, in_child(size)?))).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    print!("{}", table(&columns));
+    let tiny = is_smoke_run() || after(&arguments, "--quick").is_some();
+    if after(&arguments, "--memory").is_some() {
+        print!("{}", memory_table(if tiny { TINY_SIZES[2] } else { Size { runs: 1, ..SIZES[2] } })?);
+        return Ok(());
+    }
+    let (density, up_to) = (number("--density", 1.0)?, number("--up-to", UP_TO)?);
+    let mut sizes = if tiny { TINY_SIZES.to_vec() } else { SIZES.to_vec() };
+    sizes.retain(|size| size.pixels() <= 1e6 * up_to);
+    let nodes = Nodes::at_density(density);
+    let columns = sizes.into_iter().map(|size| Ok((size, in_child(size, nodes)?))).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+    print!("{}", table(&columns, density));
     Ok(())
 }
 
+/// Writes the photo that is measured as a PGM, for programs that are to draw the same.
+fn write_photo(width: usize, height: usize, path: &str) -> Result<(), Box<dyn Error>> {
+    let mut file = format!("P5 {width} {height} 255\n").into_bytes();
+    file.extend(photo(width, height).luma.values().iter().map(|value| (255.0 * value + 0.5) as u8));
+    Ok(std::fs::write(path, file)?)
+}
+
 /// Measures one size in a process of its own.
-fn in_child(size: Size) -> Result<Measures, Box<dyn Error>> {
+fn in_child(size: Size, nodes: Nodes) -> Result<Measures, Box<dyn Error>> {
     eprintln!("{} x {} pixels: {} drawing(s) ...", size.width, size.height, size.runs);
     let output = Command::new(std::env::current_exe()?)
-        .arg("--child")
+        .arg("--bare")
         .args([size.width, size.height, size.runs].map(|n| n.to_string()))
+        .args(nodes.arguments())
         .stderr(Stdio::inherit())
         .output()?;
     if !output.status.success() {
@@ -86,45 +158,32 @@ fn in_child(size: Size) -> Result<Measures, Box<dyn Error>> {
 }
 
 /// Medians over all runs at one size.
-fn measure(size: Size) -> Result<Measures, Box<dyn Error>> {
+fn measure(size: Size, options: &Options) -> Result<Measures, Box<dyn Error>> {
     let Photo { luma, importance } = photo(size.width, size.height);
     let mut found: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     let mut measures = Measures::new();
     for run in 0..size.runs {
-        let exact = Options { tolerance: 0.0, ..options() };
-        let outcome = draw(&luma, &importance, &exact, &Control::new())?;
+        let outcome = draw(&luma, &importance, options, &Control::new())?;
         if run == 0 {
             // Before spade gets its own share of the memory.
             if let Some(bytes) = peak_memory() {
                 measures.insert("memory".to_owned(), bytes);
             }
             measures.insert("nodes".to_owned(), outcome.stats.nodes as f64);
+            measures.insert("lattice_nodes".to_owned(), outcome.stats.lattice_nodes as f64);
         }
         let points: Vec<Point2<f64>> = outcome.graph.sites.iter().map(|[x, y]| Point2::new(*x, *y)).collect();
         let began = Instant::now();
         let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load(points)?;
         let spade = began.elapsed().as_secs_f64();
         assert_eq!(mesh.num_vertices(), outcome.stats.nodes, "spade loaded another graph");
-        let total = outcome.stats.seconds["total"];
-        let fitted = draw(&luma, &importance, &options(), &Control::new())?.stats.seconds;
-        let own = [
-            ("spade".to_owned(), spade),
-            ("ratio".to_owned(), total / spade),
-            ("fitted_outlines".to_owned(), fitted["outlines"]),
-            ("fitted_ratio".to_owned(), fitted["total"] / spade),
-        ];
+        let own = [("spade".to_owned(), spade), ("ratio".to_owned(), outcome.stats.seconds["total"] / spade)];
         for (name, value) in outcome.stats.seconds.into_iter().chain(own) {
             found.entry(name).or_default().push(value);
         }
     }
     measures.extend(found.into_iter().map(|(name, values)| (name, median(values))));
     Ok(measures)
-}
-
-/// The lower of the two in the middle, where there are two.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[(values.len() - 1) / 2]
 }
 
 /// The highest resident size of this process so far, in bytes; `None` where the system does not say.
@@ -156,7 +215,7 @@ impl Row {
 }
 
 /// The stages are in the order of the pipeline and have their names in `stats.seconds`.
-const ROWS: [Row; 16] = [
+const ROWS: [Row; 14] = [
     Row::seconds("lattice", "lattice"),
     Row::seconds("importance", "importance"),
     Row::seconds("relaxation", "relaxation"),
@@ -169,14 +228,12 @@ const ROWS: [Row; 16] = [
     Row::other("nodes kept", "nodes", 0, |_| 1.0),
     Row::seconds("spade bulk load", "spade"),
     Row::other("total / spade", "ratio", 2, |_| 1.0),
-    Row::seconds("outlines, fitted", "fitted_outlines"),
-    Row::other("total, fitted / spade", "fitted_ratio", 2, |_| 1.0),
     Row::other("peak memory, MB", "memory", 0, |_| 1e-6),
     Row::other("bytes a pixel", "memory", 0, |size| 1.0 / size.pixels()),
 ];
 
 /// The whole table: a column a size, then a column of growth for every size beyond [`BASE`].
-fn table(columns: &[(Size, Measures)]) -> String {
+fn table(columns: &[(Size, Measures)], density: f64) -> String {
     let grown = &columns[columns.len().min(BASE + 1)..];
     let line = |name: &str, cells: Vec<String>, growth: Vec<String>| {
         let right = |cells: Vec<String>| cells.iter().map(|cell| format!("{cell:>13}")).collect::<String>();
@@ -190,7 +247,8 @@ fn table(columns: &[(Size, Measures)]) -> String {
     let runs = each(columns, &|size, _| size.runs.to_string()).join(", ");
     let threads = rayon::current_num_threads();
     let mut text = format!(
-        "\nPhoto and map to drawing, density 1, 0.3 nodes a pixel: seconds with {threads} threads, medians of {runs} runs\n\n"
+        "\nPhoto and map to drawing, density {density}, {:.1} nodes a pixel: seconds with {threads} threads, medians of {runs} runs\n\n",
+        0.3 * density
     );
     let megapixels = |size: Size, _: &Measures| format!("{:.*} MP", if size.pixels() < 1e5 { 4 } else { 2 }, size.pixels() / 1e6);
     text +=
@@ -210,4 +268,33 @@ fn table(columns: &[(Size, Measures)]) -> String {
         text += &line(row.name, each(columns, &value), if row.grows { each(grown, &growth) } else { Vec::new() });
     }
     text
+}
+
+/// What one more pixel, lattice node and site add to the peak of memory: a size, and the same with twice as many of one alone.
+fn memory_table(size: Size) -> Result<String, Box<dyn Error>> {
+    let memory = |size: Size, density: f64, nodes_per_pixel: f64| -> Result<f64, Box<dyn Error>> {
+        let measures = in_child(size, Nodes::Given { density, nodes_per_pixel })?;
+        Ok(measures.get("memory").copied().unwrap_or(f64::NAN))
+    };
+    let pixels = size.pixels();
+    let base = memory(size, 1.0, 0.3)?;
+    let rows = [
+        ("pixel", memory(Size { width: 2 * size.width, ..size }, 0.5, 0.15)?, pixels),
+        ("lattice node", memory(size, 2.0, 0.3)?, pixels),
+        ("site", memory(size, 1.0, 0.6)?, 0.3 * pixels),
+    ];
+    let mut text = format!(
+        "\nPeak memory at {} x {} pixels, density 1, 0.3 nodes a pixel: {:.0} MB, {:.0} bytes a pixel\n\n{:<22}{:>13}{:>13}\n",
+        size.width,
+        size.height,
+        base / 1e6,
+        base / pixels,
+        "with twice as many",
+        "peak, MB",
+        "bytes each"
+    );
+    for (name, peak, added) in rows {
+        text += &format!("{:<22}{:>13.0}{:>13.0}\n", format!("{name}s"), peak / 1e6, (peak - base) / added);
+    }
+    Ok(text)
 }

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod photo;
+pub mod stages;
 
 pub use photo::{Photo, photo};
 
@@ -16,4 +17,18 @@ pub fn options() -> Options {
 pub fn is_smoke_run() -> bool {
     let given = |wanted: &str| std::env::args().any(|argument| argument == wanted);
     given("--test") || !given("--bench")
+}
+
+/// The arguments behind a flag; `None` without it.
+pub fn after<'a>(arguments: &'a [String], flag: &str) -> Option<&'a [String]> {
+    arguments.iter().position(|argument| argument == flag).map(|at| &arguments[at + 1..])
+}
+
+/// The lower of the two in the middle, where there are two.
+///
+/// # Panics
+/// If there is no value.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[(values.len() - 1) / 2]
 }

@@ -150,7 +150,7 @@ def trace_by_potrace(photo: Photo, dots: int) -> Picture:
     white, threshold = otsu_bitmap(photo.tone)
     bitmap = io.BytesIO()
     Image.fromarray(white).save(bitmap, "PPM")
-    svg = run([program, "--svg", "--output", "-", "-"], bitmap.getvalue()).decode()
+    svg = run(potrace_command(program, "-", "-"), bitmap.getvalue()).decode()
     return traced(svg, photo, {"version": program_version(program), "threshold": threshold})
 
 
@@ -170,6 +170,29 @@ def inksep_smallest_dot(darkness: npt.NDArray[np.float64], dots: int) -> float:
     return math.sqrt(4 * ink / (math.pi * dots * mean_square))
 
 
+def inksep_options(darkness: npt.NDArray[np.float64], dots: int) -> dict[str, object]:
+    """Return the options of inksep's command with which the dots have the ink of the darkness, which is not 0 everywhere."""
+    # At 25.4 dots an inch, its millimetres are pixels.
+    return {
+        "--stipples": dots,
+        "--min-dot": inksep_smallest_dot(darkness, dots),
+        "--dot-range": INKSEP_RANGE,
+        "--dpi": 25.4,
+        "--border": 0,
+        "--seed": INKSEP_SEED,
+    }
+
+
+def inksep_command(program: str, grey: Path, drawn: Path, options: dict[str, object]) -> list[str]:
+    """Return the command that stipples the file `grey` to the SVG file `drawn`."""
+    return [program, str(grey), str(drawn), "--no-preview", *(str(part) for option in options.items() for part in option)]
+
+
+def potrace_command(program: str, bitmap: str, drawn: str) -> list[str]:
+    """Return the command that traces the file `bitmap` to the SVG file `drawn`; "-" is standard input and output."""
+    return [program, "--svg", "--output", drawn, bitmap]
+
+
 def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
     """Return the picture of inksep."""
     program = find_program("inksep")
@@ -180,21 +203,11 @@ def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
     if not darkness.any():
         # It refuses a white photo.
         return picture(equal_black_dots(np.empty((0, 2)), 0.0), width, height, {})
-    smallest = inksep_smallest_dot(darkness, count)
-    # At 25.4 dots an inch, its millimetres are pixels.
-    options = {
-        "--stipples": count,
-        "--min-dot": smallest,
-        "--dot-range": INKSEP_RANGE,
-        "--dpi": 25.4,
-        "--border": 0,
-        "--seed": INKSEP_SEED,
-    }
+    options = inksep_options(darkness, count)
     with tempfile.TemporaryDirectory() as folder:
         grey, drawn = Path(folder, "grey.png"), Path(folder, "dots.svg")
         Image.fromarray(np.rint(photo.tone * 255).astype(np.uint8)).save(grey)
-        flags = [str(part) for option in options.items() for part in option]
-        run([program, str(grey), str(drawn), "--no-preview", *flags])
+        run(inksep_command(program, grey, drawn, options))
         svg = drawn.read_text("utf-8")
     circles = list(ElementTree.fromstring(svg).iter(f"{SVG_NAMESPACE}circle"))
     marks = np.array([[float(circle.get(name, "0")) for name in ("cx", "cy", "r")] for circle in circles]).reshape(-1, 3)

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from graphstipple_eval.baselines.density import Density, draw_points
-from graphstipple_eval.baselines.dots import check_dots, equal_black_dots, keep_inside, picture
+from graphstipple_eval.baselines.dots import Dots, check_dots, equal_black_dots, keep_inside, picture
 from graphstipple_eval.method import Method, Photo, Picture
 
 SOURCE = "Secord 2002"
@@ -42,16 +42,32 @@ def relax(density: Density, sites: npt.NDArray[np.float64]) -> tuple[npt.NDArray
     return sites, steps
 
 
-def _stipple(photo: Photo, dots: int, power: int) -> Picture:
+def place(tone: npt.NDArray[np.float32], dots: int, power: int = 1) -> tuple[Dots, int]:
+    """Return the dots, and after how many steps.
+
+    Parameters
+    ----------
+    tone : (height, width) array of float32
+        Of the photo, 0 black to 1 white.
+    dots : int
+        How many.
+    power : int
+        The density is this power of the darkness.
+    """
     count = check_dots(dots)
-    height, width = photo.tone.shape
-    darkness = 1 - photo.tone.astype(np.float64)
+    height, width = tone.shape
+    darkness = 1 - tone.astype(np.float64)
     sites, steps = np.empty((0, 2)), 0
     if darkness.any():
         start = draw_points(darkness ** (power / 2), count, np.random.default_rng(SEED))
         sites, steps = relax(Density(darkness**power, count), keep_inside(start, width, height))
-    settings: dict[str, object] = {"seed": SEED, "steps": steps, "weight_power": power}
-    return picture(equal_black_dots(sites, float(darkness.sum())), width, height, settings)
+    return equal_black_dots(sites, float(darkness.sum())), steps
+
+
+def _stipple(photo: Photo, dots: int, power: int) -> Picture:
+    height, width = photo.tone.shape
+    placed, steps = place(photo.tone, dots, power)
+    return picture(placed, width, height, {"seed": SEED, "steps": steps, "weight_power": power})
 
 
 def weighted(photo: Photo, dots: int) -> Picture:

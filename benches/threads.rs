@@ -1,0 +1,61 @@
+//! Every stage on one thread and on two, in turn in one process, as a table; see the crate's text for how to read it.
+
+use std::error::Error;
+
+use graphstipple_bench::stages::{Prepared, Threads};
+use graphstipple_bench::{after, is_smoke_run, median, options, photo};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// One megapixel.
+const SIZE: [usize; 2] = [1152, 864];
+
+const TINY_SIZE: [usize; 2] = [96, 72];
+
+/// How often every stage is called on one thread and on two; the median counts.
+const RUNS: usize = 7;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let bare = after(&arguments, "--bare").is_some();
+    let (mut size, runs) = if is_smoke_run() { (TINY_SIZE, 1) } else { (SIZE, RUNS) };
+    let once = after(&arguments, "--once");
+    if let Some([width, height, ..]) = once {
+        size = [width.parse()?, height.parse()?];
+    }
+    let [width, height] = size;
+    let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
+    let pools: [ThreadPool; 2] = [pool(1)?, pool(2)?];
+    let prepared = Prepared::new(photo(width, height), options())?;
+    if once.is_some() {
+        // For `callgrind.py`, which counts in each.
+        for stage in prepared.stages() {
+            pools[0].install(|| stage.time());
+            println!("{}", stage.name);
+        }
+        return Ok(());
+    }
+    if !bare {
+        println!("\n{}: medians of {runs} calls on one thread and on two, in turn\n", prepared.summary());
+        println!("{:<24}{:>13}{:>13}{:>11}   its work is", "", "one, s", "two, s", "one / two");
+    }
+    for stage in prepared.stages().into_iter().chain([prepared.whole()]) {
+        let mut seconds = [Vec::new(), Vec::new()];
+        for _ in 0..runs {
+            for (pool, seconds) in pools.iter().zip(&mut seconds) {
+                seconds.push(pool.install(|| stage.time()).as_secs_f64());
+            }
+        }
+        let [one, two] = seconds.map(median);
+        let kind = match stage.threads {
+            Threads::Parallel => "parallel",
+            Threads::Mixed => "partly serial",
+            Threads::Serial => "serial",
+        };
+        if bare {
+            println!("{}\t{kind}\t{one}\t{two}", stage.name);
+        } else {
+            println!("{:<24}{one:>13.4}{two:>13.4}{:>11.2}   {kind}", stage.name, one / two);
+        }
+    }
+    Ok(())
+}
