@@ -9,9 +9,9 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use graphstipple_bench::{Photo, after, is_smoke_run, median, options, photo};
-use graphstipple_core::Options;
 use graphstipple_core::control::Control;
 use graphstipple_core::pipeline::draw;
+use graphstipple_core::{Alpha, Options, Session};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 /// A size to measure.
@@ -177,7 +177,16 @@ fn measure(size: Size, options: &Options) -> Result<Measures, Box<dyn Error>> {
         let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load(points)?;
         let spade = began.elapsed().as_secs_f64();
         assert_eq!(mesh.num_vertices(), outcome.stats.nodes, "spade loaded another graph");
-        let own = [("spade".to_owned(), spade), ("ratio".to_owned(), outcome.stats.seconds["total"] / spade)];
+        let total = outcome.stats.seconds["total"];
+        let mut session = Session::new(luma.clone(), importance.clone());
+        session.draw(&Options { alpha: Alpha::Dynamic, ..options.clone() }, &Control::new())?;
+        let relabel = session.draw(options, &Control::new())?.stats.seconds["total"];
+        let own = [
+            ("spade".to_owned(), spade),
+            ("ratio".to_owned(), total / spade),
+            ("relabel".to_owned(), relabel),
+            ("relabel_share".to_owned(), relabel / total),
+        ];
         for (name, value) in outcome.stats.seconds.into_iter().chain(own) {
             found.entry(name).or_default().push(value);
         }
@@ -215,7 +224,7 @@ impl Row {
 }
 
 /// The stages are in the order of the pipeline and have their names in `stats.seconds`.
-const ROWS: [Row; 14] = [
+const ROWS: [Row; 16] = [
     Row::seconds("lattice", "lattice"),
     Row::seconds("importance", "importance"),
     Row::seconds("relaxation", "relaxation"),
@@ -228,6 +237,8 @@ const ROWS: [Row; 14] = [
     Row::other("nodes kept", "nodes", 0, |_| 1.0),
     Row::seconds("spade bulk load", "spade"),
     Row::other("total / spade", "ratio", 2, |_| 1.0),
+    Row::seconds("relabel", "relabel"),
+    Row::other("relabel / full", "relabel_share", 2, |_| 1.0),
     Row::other("peak memory, MB", "memory", 0, |_| 1e-6),
     Row::other("bytes a pixel", "memory", 0, |size| 1.0 / size.pixels()),
 ];

@@ -143,12 +143,12 @@ impl Prepared {
         let (width, height) = (luma.width(), luma.height());
         let budget = options.budget((width * height) as f64);
         let samples = samples_per_pixel(budget.density);
-        let (outcome, lattice, graph) = (&self.outcome, &self.first.lattice, &self.triangulation.graph);
-        let (sites, emphasized, areas, labels) = (&outcome.graph.sites, &self.emphasized, &self.areas, &outcome.labels);
+        let (outcome, lattice, graph) = (&self.outcome, &self.first.lattice, &*self.triangulation.graph);
+        let (sites, emphasized, areas, labels) = (&outcome.graph.sites, &self.emphasized, &self.areas, &outcome.toned.labels);
         let (first_phase, second_phase) = (Diffusion::of_importance(options), Diffusion::of_tone(options));
         let wanted = options.tone_tolerance.map(|tolerance| (luma.mean(), tolerance));
         let shaping = Shaping::of(options);
-        let nodes = move || Nodes { labels, areas, tones: Some(&outcome.tone) };
+        let nodes = move || Nodes { labels, areas, tones: Some(&outcome.toned.tones) };
         vec![
             Stage::new("saliency", Parallel, move || fine_grained(&self.bytes, width, height)),
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),
@@ -166,7 +166,9 @@ impl Prepared {
             Stage::with_input("triangulation", Mixed, || sites.clone(), move |sites| triangulate(sites, width, height, control)),
             Stage::with_input("spade_bulk_load", Serial, || self.points.clone(), DelaunayTriangulation::<Point2<f64>>::bulk_load),
             Stage::new("cells_with_tone", Parallel, move || cells(sites, width, height, samples, Some(luma), control)),
-            Stage::new("second_diffusion", Serial, move || diffuse(graph, &outcome.tone, Some(areas), &second_phase, control)),
+            Stage::new("second_diffusion", Serial, move || {
+                diffuse(graph, &outcome.toned.tones, Some(areas), &second_phase, control)
+            }),
             Stage::new("diffusion_to_mean", Serial, move || {
                 diffuse_to_mean(graph, &self.means, areas, options.carry, wanted, &second_phase, control)
             }),

@@ -12,7 +12,7 @@ Everywhere, x runs right and y runs down, in pixels of the input image; the pixe
 
 from graphstipple import metrics, stages
 from graphstipple._core import __version__
-from graphstipple._draw import draw
+from graphstipple._draw import Session, draw
 from graphstipple._errors import (
     GraphStippleError,
     ImageFileError,
@@ -37,6 +37,7 @@ __all__ = [
     "Options",
     "Preset",
     "Region",
+    "Session",
     "__version__",
     "draw",
     "load",

@@ -6,6 +6,7 @@ import numpy.typing as npt
 
 __all__ = [
     "Drawing",
+    "Session",
     "__version__",
     "adjust",
     "background",
@@ -73,6 +74,15 @@ class Drawing:
         | None
     ): ...
     def importance(self) -> npt.NDArray[np.float32] | None: ...
+
+@final
+class Session:
+    def __new__(cls, luma: npt.NDArray[np.float32], importance: str, importance_map: npt.NDArray[np.float32] | None) -> Session: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def importance(self) -> str: ...
+    def draw(self, options_json: str, progress: Callable[[str, float], object] | None = None) -> Drawing: ...
 
 def draw(
     luma: npt.NDArray[np.float32],

@@ -1,11 +1,11 @@
-"""`draw`: a photo in, a drawing out."""
+"""`draw`: a photo in, a drawing out. `Session`: one photo, many drawings."""
 
 from __future__ import annotations
 
 import os
 import time
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -65,22 +65,132 @@ def draw(
     ImageFileError
         If a file cannot be read as an image; `ImageFileNotFoundError` if there is none.
     """
-    if options is None:
-        options = Options()
-    if not isinstance(options, Options):
-        raise InvalidInputError(f"options is of type {type(options).__name__}, but it must be graphstipple.Options")
+    options = _checked(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
-
-    report("decoding", 0.0)
-    start = time.perf_counter()
-    luma = read_luma(image, options.background)
-    seconds["decoding"] = time.perf_counter() - start
-
-    source, map_ = _importance(importance, luma, options.background, seconds, report)
-    result = _core.draw(luma, source, map_, options._json(), progress)
+    result = _core.draw(*_read(image, importance, options.background, seconds, report), options._json(), progress)
     report("outlines", 1.0)
     return Drawing(result, options, seconds)
+
+
+class Session:
+    """One photo, drawn again and again without starting again.
+
+    What a change of options does not touch is kept from the last drawing: the tone, the importance, the kept lattice nodes, the
+    graph, the labels, the outlines. The drawings are the same, to the last byte, as those of `draw`. With another `alpha`, the
+    nodes are labelled anew but not chosen anew; so with another `base`, `detail_gain` or `rings`, unless `importance_alpha` makes
+    use of them too. What only shapes marks, such as `stipple_scale` and `tolerance`, leaves the labels as they are. How a drawing
+    is written is no option: `Drawing.save` computes nothing anew.
+
+    The image and the importance are read here, and once: a saliency or a callable is not evaluated again. Only a drawing with
+    another `background` than the last one reads them again, since transparent parts then look different.
+
+    A session keeps about 20 bytes a pixel of the photo, 1 a lattice node, 90 a node, and the last drawing; a drawing shares its
+    graph and its importance with the session. Threads may use one session: they draw one after the other.
+
+    Parameters
+    ----------
+    image : str, path, PIL image or ndarray
+        The photo, as for `draw`.
+    importance : str, path, PIL image, ndarray or callable
+        Where detail is wanted, as for `draw`.
+
+    Raises
+    ------
+    InvalidInputError
+        If the image or the importance breaks a rule.
+    ImageFileError
+        If a file cannot be read as an image; `ImageFileNotFoundError` if there is none.
+
+    Examples
+    --------
+    >>> import numpy as np, graphstipple as gs
+    >>> session = gs.Session(np.linspace(0, 1, 4800).reshape(60, 80))
+    >>> session
+    <graphstipple.Session 80 x 60: importance saliency>
+    >>> first = session.draw()
+    >>> second = session.draw(gs.Options(alpha=1.0))
+    >>> np.array_equal(first.graph.edges, second.graph.edges), second.svg() == first.svg()
+    (True, False)
+    """
+
+    def __init__(self, image: ImageLike, importance: ImportanceLike = "saliency") -> None:
+        self._image = image
+        self._importance = importance
+        self._state = self._begin(Options().background, {}, _silent)
+
+    def draw(self, options: Options | None = None, progress: Progress | None = None) -> Drawing:
+        """Draw the photo in black and white, as `draw` does, from where the options begin to differ from the last ones.
+
+        The interpreter lock is released during the work, and Ctrl-C stops it at once. A drawing that fails or is stopped leaves the
+        session as good as it was.
+
+        Parameters
+        ----------
+        options : Options, optional
+            By default ``Options()``, and not those of the last drawing.
+        progress : callable, optional
+            As for `draw`. What is kept counts as done, so the first fraction may be any.
+
+        Returns
+        -------
+        Drawing
+            In its `stats`, `seconds` has only the stages that this drawing took.
+
+        Raises
+        ------
+        InvalidInputError
+            If an option breaks a rule.
+        ImageFileError
+            If a file has to be read again and cannot.
+        """
+        options = _checked(options)
+        seconds: dict[str, float] = {}
+        report = progress or _silent
+        state = self._state
+        if state.background != _core.background(options.background):
+            state = self._begin(options.background, seconds, report)
+            # In one step: threads with different backgrounds each have their own, and the last one's stays.
+            self._state = state
+        result = state.session.draw(options._json(), progress)
+        report("outlines", 1.0)
+        return Drawing(result, options, seconds)
+
+    def __repr__(self) -> str:
+        session = self._state.session
+        width, height = session.size
+        return f"<graphstipple.Session {width} x {height}: importance {session.importance}>"
+
+    def _begin(self, background: str, seconds: dict[str, float], report: Progress) -> _State:
+        session = _core.Session(*_read(self._image, self._importance, background, seconds, report))
+        return _State(_core.background(background), session)
+
+
+class _State(NamedTuple):
+    """What a session has of an image on a background."""
+
+    background: tuple[int, int, int]
+    session: _core.Session
+
+
+def _checked(options: Options | None) -> Options:
+    """Return the options, by default the default ones."""
+    if options is None:
+        return Options()
+    if not isinstance(options, Options):
+        raise InvalidInputError(f"options is of type {type(options).__name__}, but it must be graphstipple.Options")
+    return options
+
+
+def _read(
+    image: ImageLike, importance: ImportanceLike, background: str, seconds: dict[str, float], report: Progress
+) -> tuple[npt.NDArray[np.float32], str, npt.NDArray[np.float32] | None]:
+    """Return the image's luma, and the importance's name for the core, with the map if it has one."""
+    report("decoding", 0.0)
+    start = time.perf_counter()
+    luma = read_luma(image, background)
+    seconds["decoding"] = time.perf_counter() - start
+    return luma, *_importance(importance, luma, background, seconds, report)
 
 
 def _importance(

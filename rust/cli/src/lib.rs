@@ -179,7 +179,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let mut drawing = outcome.drawing;
     if let Some(least) = least_radius {
         let (changed, changes) = drawing.with_least_radius(least)?;
-        drawing = changed;
+        drawing = Arc::new(changed);
         (stats.dots_enlarged, stats.dots_dropped) = (changes.enlarged, changes.dropped);
         stats.stipples = drawing.stipples.len();
         (stats.anchors, stats.coordinates) = drawing.count_written();

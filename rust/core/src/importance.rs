@@ -93,7 +93,7 @@ impl Importance {
         let Options { detail: share, floor, midtones, .. } = *options;
         let (width, height) = (tone.width(), tone.height());
         let map = self.field(width, height)?;
-        if matches!(self, Self::Constant(_)) || [share, floor, midtones] == [0.0; 3] {
+        if !self.takes_from_photo(options) {
             return Ok(map);
         }
         let detail = (share > 0.0).then(|| detail(tone, spacing));
@@ -109,6 +109,11 @@ impl Importance {
             *value = (factor * wanted * (1.0 - midtones * off_middle * off_middle)).clamp(0.0, 1.0) as f32;
         });
         Field::new(width, height, values)
+    }
+
+    /// Whether [`Importance::mixed`] takes anything from the photo, or the map alone.
+    pub(crate) fn takes_from_photo(&self, options: &Options) -> bool {
+        !matches!(self, Self::Constant(_)) && [options.detail, options.floor, options.midtones] != [0.0; 3]
     }
 
     /// The map as a field of the canvas. A map that is 0 everywhere says nothing about where detail is wanted, so it

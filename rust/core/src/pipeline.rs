@@ -2,10 +2,14 @@
 //!
 //! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
 //! graph -> node tones -> labels of the right mean, fused dots split -> components -> outlines -> drawing.
+//!
+//! Every stage is handed the options as [`crate::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
+//! that of a [`crate::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
 
+use std::sync::Arc;
 use std::time::Instant;
 
-use crate::components::components;
+use crate::components::{Components, components};
 use crate::control::{Control, STAGES};
 use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats};
@@ -16,30 +20,30 @@ use crate::graph::{Adjacency, Graph, distance_squared};
 use crate::importance::Importance;
 use crate::lattice::Lattice;
 use crate::mean_tone::{Toned, diffuse_to_mean};
+use crate::needs::{Needs, identical};
 use crate::outline::{Nodes, Shaping, outline};
 use crate::params::{Alpha, Crossings, Options};
+use crate::session::{Memory, Slot};
 use crate::split::split;
 use crate::tone;
-use crate::triangulation::triangulate;
-use crate::voronoi::{cells, lattice_means, relax, samples_per_pixel};
+use crate::triangulation::{Triangulation, triangulate};
+use crate::voronoi::{Cells, cells, lattice_means, relax, samples_per_pixel};
 
-/// A drawing, and what the stages made on the way to it.
+/// A drawing, and what the stages made on the way to it. The large parts are shared with the session, if it was made in one.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// The vector result.
-    pub drawing: Drawing,
+    pub drawing: Arc<Drawing>,
     /// Counts and times.
     pub stats: Stats,
     /// The second graph.
-    pub graph: Graph,
-    /// Tone of every node, emphasized and bent: what was diffused.
-    pub tone: Vec<f32>,
-    /// Label of every node: 0 black, 1 white.
-    pub labels: Vec<u8>,
-    /// Component id of every node.
-    pub components: Vec<u32>,
+    pub graph: Arc<Graph>,
+    /// Tone of every node, emphasized and bent, which is what was diffused; and the label that it got: 0 black, 1 white.
+    pub toned: Arc<Toned>,
+    /// Component of every node.
+    pub components: Arc<Components>,
     /// The importance on the canvas, before the budget's factor.
-    pub importance: Field,
+    pub importance: Arc<Field>,
 }
 
 /// The first graph and which of its nodes are kept.
@@ -53,18 +57,68 @@ pub struct FirstGraph {
     pub factor: f64,
 }
 
+/// The tone before emphasis, and its mean.
+pub(crate) struct Tone {
+    field: Field,
+    mean: f64,
+}
+
+/// What is used of the cells of the second graph's nodes.
+pub(crate) struct NodeCells {
+    areas: Vec<f64>,
+    /// Tone of every node.
+    means: Vec<f32>,
+}
+
+/// The drawing as the outlines make it, and what is counted in it.
+pub(crate) struct Outlined {
+    drawing: Arc<Drawing>,
+    vertices: usize,
+    anchors: usize,
+    coordinates: usize,
+}
+
 /// Draws a photo given as luma.
 ///
 /// # Errors
 /// [`Error::Option`] for an option out of range, [`Error::Input`] for an importance map or canvas that cannot be used,
 /// [`Error::Cancelled`] after [`Control::cancel`].
 pub fn draw(luma: &Field, importance: &Importance, options: &Options, control: &Control) -> Result<Outcome> {
+    draw_with(luma, importance, options, control, &mut Memory::new(false))
+}
+
+/// Draws from what the memory has, and leaves there what it keeps.
+///
+/// # Errors
+/// As [`draw`]. The memory then has only whole results, each with what it was made from.
+pub(crate) fn draw_with(
+    luma: &Field,
+    importance: &Importance,
+    options: &Options,
+    control: &Control,
+    memory: &mut Memory,
+) -> Result<Outcome> {
     options.validate()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads.unwrap_or(0))
         .build()
         .map_err(|e| Error::Internal(format!("the worker threads did not start: {e}")))?;
-    pool.install(|| run(luma, importance, options, control))
+    let provenance = Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        importance: importance.name(),
+        options: Options { threads: None, ..options.clone() },
+    };
+    let needs = Needs::of(options, importance);
+    let budget = options.budget((luma.width() * luma.height()) as f64);
+    let stats = Stats {
+        width: luma.width(),
+        height: luma.height(),
+        density: budget.density,
+        node_budget: budget.nodes.map(|n| n.round() as usize),
+        ..Stats::default()
+    };
+    let stages = Stages { control, began: Instant::now(), stats };
+    pool.install(|| run(luma, importance, &needs, provenance, stages, memory))
 }
 
 /// Times the stages and tells the control where the work is.
@@ -75,12 +129,27 @@ struct Stages<'a> {
 }
 
 impl Stages<'_> {
+    /// A stage that may be done in parts, whose seconds add up.
     fn run<T>(&mut self, stage: usize, work: impl FnOnce() -> Result<T>) -> Result<T> {
         self.control.begin(stage)?;
         let began = Instant::now();
         let result = work()?;
-        self.stats.seconds.insert(STAGES[stage].0.to_owned(), began.elapsed().as_secs_f64());
+        *self.stats.seconds.entry(STAGES[stage].0.to_owned()).or_default() += began.elapsed().as_secs_f64();
         Ok(result)
+    }
+
+    /// As [`Stages::run`], unless the slot has the result.
+    fn run_unless_kept<T>(
+        &mut self,
+        stage: usize,
+        slot: &mut Slot<T>,
+        needs: &Options,
+        work: impl FnOnce(&Options) -> Result<T>,
+    ) -> Result<Arc<T>> {
+        match slot.get(needs) {
+            Some(kept) => Ok(kept),
+            None => Ok(slot.put(needs, self.run(stage, || work(needs))?)),
+        }
     }
 
     /// Two stages that do not need each other, on two threads if there are two. Their seconds overlap.
@@ -104,77 +173,119 @@ impl Stages<'_> {
     }
 }
 
-fn run(luma: &Field, importance: &Importance, options: &Options, control: &Control) -> Result<Outcome> {
+/// All stages. What a stage made is dropped here as soon as no other needs it, and is gone with that unless the memory keeps it.
+fn run(
+    luma: &Field,
+    importance: &Importance,
+    needs: &Needs,
+    provenance: Provenance,
+    mut stages: Stages,
+    memory: &mut Memory,
+) -> Result<Outcome> {
     let (width, height) = (luma.width(), luma.height());
-    let mut stages = Stages { control, began: Instant::now(), stats: Stats { width, height, ..Stats::default() } };
-    let budget = options.budget((width * height) as f64);
-    let samples = samples_per_pixel(budget.density);
+    let (pixels, control) = ((width * height) as f64, stages.control);
 
-    let (mean, tone, field, lattice, values) = stages.run(0, || {
-        let tone = tone::adjust(luma, options);
-        let mean = tone.mean();
-        let emphasized = emphasize(&tone, budget.spacing, options);
-        control.check()?;
-        let field = importance.mixed(&tone, &emphasized, budget.spacing, options)?;
-        control.check()?;
-        let (lattice, values) = lattice_values(&field, budget.density, options, control)?;
-        Ok((mean, emphasized, field, lattice, values))
+    let tone = stages.run_unless_kept(0, &mut memory.tone, &needs.tone, |needs| {
+        let field = tone::adjust(luma, needs);
+        Ok(Tone { mean: field.mean(), field })
     })?;
-    let first = stages.run(1, || keep(lattice, &values, budget.nodes, options, control))?;
-    drop(values);
-    let sites = stages.run(2, || {
-        let sites = kept_sites(&first, width as f64, height as f64);
-        relax(sites, width, height, options.relax, samples, control)
+    let emphasized = stages.run_unless_kept(0, &mut memory.emphasis, &needs.emphasis, |needs| {
+        Ok(emphasize(&tone.field, needs.budget(pixels).spacing, needs))
     })?;
-    // The triangulation runs on one thread; beside it another finds the cells, which need the sites alone.
-    let (triangulation, cells) = stages.run_both(
-        3,
-        4,
-        || triangulate(sites.clone(), width, height, control),
-        || cells(&sites, width, height, samples, Some(&tone), control),
-    )?;
-    drop((sites, tone));
-    let Toned { tones, labels, amount } = stages.run(5, || {
-        let wanted = options.tone_tolerance.map(|tolerance| (mean, tolerance));
-        let parameters = Diffusion::of_tone(options);
-        let graph = &triangulation.graph;
-        let mut toned = diffuse_to_mean(graph, &cells.means, &cells.areas, options.carry, wanted, &parameters, control)?;
-        split(graph, &toned.tones, &mut toned.labels, options.split)?;
+    let field = stages.run_unless_kept(0, &mut memory.importance, &needs.importance, |needs| {
+        importance.mixed(&tone.field, &emphasized, needs.budget(pixels).spacing, needs)
+    })?;
+    let mean = tone.mean;
+    drop(tone);
+    let first = first_graph_of(&field, &needs.first_graph, &mut stages, &mut memory.first_graph)?;
+    (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
+    let (triangulation, cells) = second_graph_of(first, &emphasized, needs, &mut stages, memory)?;
+    drop(emphasized);
+    let toned = stages.run_unless_kept(5, &mut memory.labels, &needs.labels, |needs| {
+        let wanted = needs.tone_tolerance.map(|tolerance| (mean, tolerance));
+        let parameters = Diffusion::of_tone(needs);
+        let graph = &*triangulation.graph;
+        let mut toned = diffuse_to_mean(graph, &cells.means, &cells.areas, needs.carry, wanted, &parameters, control)?;
+        split(graph, &toned.tones, &mut toned.labels, needs.split)?;
         Ok(toned)
     })?;
-    let (components, outlines) = stages.run(6, || {
-        let components = components(&triangulation.graph, &labels);
-        let shaping = Shaping::of(options);
-        let followed = (options.crossings == Crossings::Tone).then_some(&tones[..]);
-        let nodes = Nodes { labels: &labels, areas: &cells.areas, tones: followed };
-        let outlines = outline(&triangulation, nodes, &components, (width, height), shaping, control)?;
-        Ok((components, outlines))
+    let connected = |_: &Options| Ok(components(&triangulation.graph, &toned.labels));
+    let components = stages.run_unless_kept(6, &mut memory.components, &needs.labels, connected)?;
+    let outlined = stages.run_unless_kept(6, &mut memory.outlines, &needs.outlines, |needs| {
+        let followed = (needs.crossings == Crossings::Tone).then_some(&toned.tones[..]);
+        let nodes = Nodes { labels: &toned.labels, areas: &cells.areas, tones: followed };
+        let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
+        let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..outlines.drawing });
+        let (anchors, coordinates) = drawing.count_written();
+        Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
     })?;
+    let outlined = signed(outlined, provenance, &needs.outlines, &mut memory.outlines);
 
-    let provenance = Provenance {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        importance: importance.name(),
-        options: Options { threads: None, ..options.clone() },
-    };
-    let drawing = Drawing { provenance, ..outlines.drawing };
-    let (anchors, coordinates) = drawing.count_written();
     let mut stats = stages.stats;
     stats.seconds.insert("total".to_owned(), stages.began.elapsed().as_secs_f64());
     let stats = Stats {
-        density: budget.density,
-        lattice_nodes: first.labels.len(),
-        node_budget: budget.nodes.map(|n| n.round() as usize),
-        importance_factor: first.factor,
-        nodes: labels.len(),
-        tone_bend: amount,
-        stipples: drawing.stipples.len(),
-        regions: drawing.regions.len(),
-        vertices: outlines.vertices,
-        anchors,
-        coordinates,
+        nodes: toned.labels.len(),
+        tone_bend: toned.amount,
+        stipples: outlined.drawing.stipples.len(),
+        regions: outlined.drawing.regions.len(),
+        vertices: outlined.vertices,
+        anchors: outlined.anchors,
+        coordinates: outlined.coordinates,
         ..stats
     };
-    Ok(Outcome { drawing, stats, graph: triangulation.graph, tone: tones, labels, components: components.ids, importance: field })
+    let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
+    Ok(Outcome { drawing, stats, graph, toned, components, importance: field })
+}
+
+/// The first graph of an importance on the canvas.
+fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mut Slot<FirstGraph>) -> Result<Arc<FirstGraph>> {
+    if let Some(kept) = slot.get(needs) {
+        return Ok(kept);
+    }
+    let control = stages.control;
+    let budget = needs.budget((field.width() * field.height()) as f64);
+    let (lattice, values) = stages.run(0, || lattice_values(field, budget.density, needs, control))?;
+    let first = stages.run(1, || keep(lattice, &values, budget.nodes, needs, control))?;
+    Ok(slot.put(needs, first))
+}
+
+/// The second graph, and the cells of its nodes with their tone.
+fn second_graph_of(
+    first: Arc<FirstGraph>,
+    tone: &Field,
+    needs: &Needs,
+    stages: &mut Stages,
+    memory: &mut Memory,
+) -> Result<(Arc<Triangulation>, Arc<NodeCells>)> {
+    let (width, height, control) = (tone.width(), tone.height(), stages.control);
+    let samples = |needs: &Options| samples_per_pixel(needs.budget((width * height) as f64).density);
+    let cells_of = |sites: &[[f64; 2]], needs: &Options| {
+        let Cells { areas, means, .. } = cells(sites, width, height, samples(needs), Some(tone), control)?;
+        Ok(NodeCells { areas, means })
+    };
+    if let Some(kept) = memory.second_graph.get(&needs.second_graph) {
+        let of_kept = |needs: &Options| cells_of(&kept.graph.sites, needs);
+        let cells = stages.run_unless_kept(4, &mut memory.cells, &needs.cells, of_kept)?;
+        return Ok((kept, cells));
+    }
+    let sites = stages.run(2, || {
+        let sites = kept_sites(&first, width as f64, height as f64);
+        relax(sites, width, height, needs.second_graph.relax, samples(&needs.second_graph), control)
+    })?;
+    drop(first);
+    // The triangulation runs on one thread; beside it another finds the cells, which need the sites alone.
+    let (triangulation, cells) =
+        stages.run_both(3, 4, || triangulate(sites.clone(), width, height, control), || cells_of(&sites, &needs.cells))?;
+    Ok((memory.second_graph.put(&needs.second_graph, triangulation), memory.cells.put(&needs.cells, cells)))
+}
+
+/// The drawing with its provenance. A kept one may have been made with other options, of which no stage needed the difference.
+fn signed(outlined: Arc<Outlined>, provenance: Provenance, needs: &Options, slot: &mut Slot<Outlined>) -> Arc<Outlined> {
+    if identical(&outlined.drawing.provenance.options, &provenance.options) {
+        return outlined;
+    }
+    let drawing = Arc::new(Drawing { provenance, ..(*outlined.drawing).clone() });
+    slot.put(needs, Outlined { drawing, ..*outlined })
 }
 
 /// The first phase alone: the lattice, and the nodes that the importance keeps under the node budget.

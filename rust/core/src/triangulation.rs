@@ -7,6 +7,8 @@
 //!
 //! The triangulation itself is spade's, with exact predicates.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use spade::handles::FixedVertexHandle;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
@@ -45,8 +47,8 @@ pub enum Beside {
 /// The second graph with its triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Triangulation {
-    /// Sites and adjacency; every row is sorted.
-    pub graph: Graph,
+    /// Sites and adjacency; every row is sorted. Shared, since it outlives the triangles in what [`crate::draw`] returns.
+    pub graph: Arc<Graph>,
     /// For every entry of `graph.neighbors`, what lies to the left of the edge from the row's node to that neighbour: the number
     /// of a node, or [`FRAME`] plus a side.
     left: Vec<u32>,
@@ -155,7 +157,7 @@ pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &
             }
         }
     }
-    Ok(Triangulation { graph: Graph { sites, offsets, neighbors }, left })
+    Ok(Triangulation { graph: Arc::new(Graph { sites, offsets, neighbors }), left })
 }
 
 /// Vertices whose rows are read off the mesh at once: enough to be worth a thread's while.

@@ -147,12 +147,12 @@ proptest! {
         });
         check_distance(&simple, &full, tolerance);
 
-        prop_assert_eq!(&load::from_json(&json::to_json(&drawing)).unwrap(), &drawing);
+        prop_assert_eq!(&load::from_json(&json::to_json(&drawing)).unwrap(), &*drawing);
         for (style, inks) in [
             (Style::Flat, Inks::Black), (Style::Flat, Inks::White), (Style::Flat, Inks::Both), (Style::Layered, Inks::Black),
         ] {
             let file = svg::to_svg(&drawing, &Export { style, inks, ..Export::default() }).unwrap();
-            prop_assert_eq!(&load::from_svg(&file).unwrap(), &drawing, "{:?} {:?}", style, inks);
+            prop_assert_eq!(&load::from_svg(&file).unwrap(), &*drawing, "{:?} {:?}", style, inks);
         }
 
         let (larger, changes) = drawing.with_least_radius(0.7).unwrap();
@@ -173,7 +173,7 @@ fn sparse(options: Options) -> Outcome {
 #[test]
 fn radii_keep_to_their_limits() {
     let dots = |stipple_min: f64, stipple_max: Option<f64>| {
-        sparse(Options { stipple_min, stipple_max, ..Options::default() }).drawing.stipples
+        sparse(Options { stipple_min, stipple_max, ..Options::default() }).drawing.stipples.clone()
     };
     let plain = dots(0.0, None);
     assert!(plain.iter().any(|dot| dot.radius < 1.5) && plain.iter().any(|dot| dot.radius > 1.8));
@@ -220,7 +220,7 @@ fn two_regions_with_one_top_keep_their_order() {
     let options = Options { density: Some(1.0), tolerance: 0.5, ..Options::default() };
     let luma = picture(15, 12, 16_723_320_131_703_599_830, 4);
     let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
-    assert_eq!(load::from_json(&json::to_json(&drawing)).unwrap(), drawing);
+    assert_eq!(load::from_json(&json::to_json(&drawing)).unwrap(), *drawing);
 }
 
 #[test]

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use graphstipple_cli::files;
+use graphstipple_core::components::Components;
 use graphstipple_core::drawing::{self as core_drawing, FLATTENING_TOLERANCE, Ink};
 use graphstipple_core::graph::Graph;
 use graphstipple_core::importance::{Importance, Source};
-use graphstipple_core::{Error, Field, json, pipeline, raster, svg};
+use graphstipple_core::mean_tone::Toned;
+use graphstipple_core::{Error, Field, Outcome, json, pipeline, raster, svg};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -27,25 +29,24 @@ pub(crate) fn draw(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Drawing> {
     let options = options::parse(options_json)?;
-    let luma = arrays::field(&luma)?;
-    let map = importance_map.as_ref().map(arrays::field).transpose()?;
-    let importance = match (importance, map) {
-        ("saliency", Some(map)) => Importance::Saliency(map),
-        ("map", Some(map)) => Importance::Map(map),
-        (name, None) => match Source::parse(name).map_err(errors::from_core)? {
-            Source::Constant(value) => Importance::Constant(value),
-            _ => return Err(errors::invalid(format!("the importance \"{name}\" needs a map"))),
-        },
-        (name, Some(_)) => return Err(errors::invalid(format!("the importance \"{name}\" takes no map"))),
-    };
+    let (luma, importance) = (arrays::field(&luma)?, given_importance(importance, importance_map)?);
     let outcome =
         watch::run(py, progress, errors::from_core, move |control| pipeline::draw(&luma, &importance, &options, control))?;
-    let pipeline::Outcome { drawing, stats, graph, tone, labels, components, importance } = outcome;
-    let stages = Stages { graph, tone, labels, components, importance };
-    let Value::Object(stats) = to_value(&stats)? else {
-        return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
-    };
-    Ok(Drawing { drawing: Arc::new(drawing), stats, stages: Some(Arc::new(stages)) })
+    Drawing::of(outcome)
+}
+
+/// The importance as Python names it, with its map if it has one.
+pub(crate) fn given_importance(name: &str, map: Option<PyReadonlyArray2<'_, f32>>) -> PyResult<Importance> {
+    let map = map.as_ref().map(arrays::field).transpose()?;
+    match (name, map) {
+        ("saliency", Some(map)) => Ok(Importance::Saliency(map)),
+        ("map", Some(map)) => Ok(Importance::Map(map)),
+        (name, None) => match Source::parse(name).map_err(errors::from_core)? {
+            Source::Constant(value) => Ok(Importance::Constant(value)),
+            _ => Err(errors::invalid(format!("the importance \"{name}\" needs a map"))),
+        },
+        (name, Some(_)) => Err(errors::invalid(format!("the importance \"{name}\" takes no map"))),
+    }
 }
 
 /// Read a drawing from a file that graphstipple wrote, JSON or SVG by suffix.
@@ -61,16 +62,27 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
 pub(crate) struct Drawing {
     drawing: Arc<core_drawing::Drawing>,
     stats: Map<String, Value>,
-    stages: Option<Arc<Stages>>,
+    stages: Option<Stages>,
 }
 
 /// What the stages made on the way to the drawing. A drawing from a file has none of it.
+#[derive(Clone)]
 struct Stages {
-    graph: Graph,
-    tone: Vec<f32>,
-    labels: Vec<u8>,
-    components: Vec<u32>,
-    importance: Field,
+    graph: Arc<Graph>,
+    toned: Arc<Toned>,
+    components: Arc<Components>,
+    importance: Arc<Field>,
+}
+
+impl Drawing {
+    /// What the pipeline made, for Python.
+    pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
+        let Outcome { drawing, stats, graph, toned, components, importance } = outcome;
+        let Value::Object(stats) = to_value(&stats)? else {
+            return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
+        };
+        Ok(Self { drawing, stats, stages: Some(Stages { graph, toned, components, importance }) })
+    }
 }
 
 /// Circles (n, 3) and inks (n,) of the dots.
@@ -204,15 +216,15 @@ impl Drawing {
         Ok(Some((
             arrays::from_pairs(py, stages.graph.sites.clone())?,
             arrays::from_pairs(py, stages.graph.edges().collect())?,
-            stages.tone.clone().into_pyarray(py),
-            stages.labels.clone().into_pyarray(py),
-            stages.components.clone().into_pyarray(py),
+            stages.toned.tones.clone().into_pyarray(py),
+            stages.toned.labels.clone().into_pyarray(py),
+            stages.components.ids.clone().into_pyarray(py),
         )))
     }
 
     /// Importance on the canvas, (height, width); `None` for a drawing from a file.
     fn importance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.stages.as_ref().map(|stages| arrays::from_field(py, stages.importance.clone())).transpose()
+        self.stages.as_ref().map(|stages| arrays::from_field(py, Field::clone(&stages.importance))).transpose()
     }
 }
 

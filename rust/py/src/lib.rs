@@ -10,6 +10,7 @@ mod errors;
 mod export;
 mod options;
 mod photo;
+mod session;
 mod stages;
 mod watch;
 
@@ -24,6 +25,8 @@ mod _core {
     use crate::options::{default_options, importance_source, preset_options, presets, validated_options};
     #[pymodule_export]
     use crate::photo::{adjust, background, luma, luma_to_u8, read_luma, saliency};
+    #[pymodule_export]
+    use crate::session::Session;
     #[pymodule_export]
     use crate::stages::{
         bend, cells, components, diffuse, emphasize, lattice, lattice_labels, mixed_importance, outline, owners, relax,
