@@ -20,6 +20,7 @@
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
+use std::hint::black_box;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -107,10 +108,10 @@ pub fn diffuse(
     let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
     let mut queue = PriorityQueue::new(&nodes);
     let mut rings = Rings { radius: parameters.rings, ..Rings::default() };
-    let mut open: Vec<(usize, f64)> = Vec::with_capacity(16);
+    let mut open: Vec<Open> = Vec::with_capacity(16);
     let mut done = 0;
 
-    while let Some(number) = queue.pop(&mut nodes) {
+    while let Some(number) = queue.pop(&mut nodes, graph) {
         if done % NODES_BETWEEN_CHECKS == 0 {
             control.report(done as f32 / values.len() as f32)?;
         }
@@ -125,43 +126,75 @@ pub fn diffuse(
         if error == 0.0 || (parameters.alpha == Alpha::Dynamic && !keeps_side) {
             continue;
         }
-        // The largest exponent is subtracted later, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
-        open.clear();
-        let mut largest = f64::NEG_INFINITY;
-        let (mut sum, mut count) = (start, 1.0);
+        // Every neighbour is written down, and kept or overwritten by the next: with no branch to guess wrong, the processor
+        // fetches all of them at once.
+        let mut count = 0;
+        let (mut sum, mut degree) = (start, 1.0);
         graph.for_each_neighbor(number, |neighbor, distance| {
-            let other = &nodes[neighbor];
-            let value = f64::from(other.start);
-            sum += value;
-            count += 1.0;
-            if other.label == UNLABELLED {
-                let length = parameters.k1 * (start - value).abs() + parameters.k2 * distance;
-                let exponent = -(length * length);
-                largest = largest.max(exponent);
-                open.push((neighbor, exponent));
+            if count == open.len() {
+                open.push(Open::default());
             }
+            let other = &nodes[neighbor];
+            open[count] = Open { number: neighbor as u32, start: other.start, weight: distance };
+            count += usize::from(other.label == UNLABELLED);
+            sum += f64::from(other.start);
+            degree += 1.0;
         });
+        let open = &mut open[..count];
+        if open.is_empty() {
+            continue;
+        }
         let alpha = match parameters.alpha {
             Alpha::Constant(alpha) => alpha,
             Alpha::Tonal => parameters.base * tonal_share(start),
             Alpha::Dynamic => {
-                let mean = if parameters.rings == 1 { sum / count } else { rings.mean(graph, &nodes, number) };
+                let mean = if parameters.rings == 1 { sum / degree } else { rings.mean(graph, &nodes, number) };
                 parameters.base + parameters.detail_gain * (start - mean).abs()
             }
         };
-        let mut total = 0.0;
-        for (_, weight) in &mut open {
-            *weight = if *weight == largest { 1.0 } else { libm::exp(*weight - largest) };
-            total += *weight;
+        if alpha == 0.0 {
+            continue;
         }
-        let share = alpha * error / total;
-        for &(neighbor, weight) in &open {
+        let share = alpha * error / weigh(open, start, parameters);
+        for other in open {
+            let neighbor = other.number as usize;
             let node = &mut nodes[neighbor];
-            node.current += weight * share * areas.map_or(1.0, |areas| area_ratio(areas[number], areas[neighbor]));
+            node.current += other.weight * share * areas.map_or(1.0, |areas| area_ratio(areas[number], areas[neighbor]));
             queue.update(neighbor, node);
         }
     }
     Ok(nodes.into_iter().map(|node| node.label).collect())
+}
+
+/// An unlabelled neighbour of the node that is labelled.
+#[derive(Clone, Copy, Default)]
+struct Open {
+    number: u32,
+    /// The starting value I0.
+    start: f32,
+    /// First its distance in pixels, then its weight, then unnormalised.
+    weight: f64,
+}
+
+/// Turns the distances of open neighbours, one at least, from a node of the value `start` into weights, and returns their sum.
+fn weigh(open: &mut [Open], start: f64, parameters: &Diffusion) -> f64 {
+    if let [only] = open {
+        only.weight = 1.0;
+        return 1.0;
+    }
+    // The largest exponent is subtracted, or weights underflow to 0 / 0 where neighbours are hundreds of pixels apart.
+    let mut largest = f64::NEG_INFINITY;
+    for other in &mut *open {
+        let length = parameters.k1 * (start - f64::from(other.start)).abs() + parameters.k2 * other.weight;
+        other.weight = -(length * length);
+        largest = largest.max(other.weight);
+    }
+    let mut total = 0.0;
+    for other in open {
+        other.weight = if other.weight == largest { 1.0 } else { libm::exp(other.weight - largest) };
+        total += other.weight;
+    }
+    total
 }
 
 /// What an error is multiplied by on its way from a cell to another. A cell may own no sample at all, and then its area counts as 0.
@@ -222,8 +255,11 @@ impl Rings {
 }
 
 /// Buckets over priorities from 0 to 1 (values that errors pushed out of [0, 1] go beyond 0.5), a power of two. More make shorter
-/// lists to sort; past a few thousand their ends no longer fit the cache.
-const BUCKETS: usize = 4096;
+/// lists to sort, fewer make nodes whose priority falls move less often.
+const BUCKETS: usize = 2048;
+
+/// The bucket of what waits in none.
+const NO_BUCKET: u16 = u16::MAX;
 
 /// A node with the bits of its priority when it was entered; the largest comes first, ties by index.
 type Entry = (u64, Reverse<u32>);
@@ -241,6 +277,8 @@ struct PriorityQueue {
     /// In increasing order: the next node is the last.
     sorted: Vec<Entry>,
     late: BinaryHeap<Entry>,
+    /// Priority, number and bucket of the nodes of a bucket; empty but while it is sorted.
+    seen: Vec<(u64, u32, u16)>,
 }
 
 impl PriorityQueue {
@@ -253,11 +291,11 @@ impl PriorityQueue {
         for (number, node) in (0u32..).zip(nodes) {
             buckets[usize::from(node.entered)].push(number);
         }
-        Self { buckets, lowest: BUCKETS as u16, sorted: Vec::new(), late: BinaryHeap::new() }
+        Self { buckets, lowest: BUCKETS as u16, sorted: Vec::new(), late: BinaryHeap::new(), seen: Vec::new() }
     }
 
     /// The unlabelled node of the highest priority.
-    fn pop(&mut self, nodes: &mut [Node]) -> Option<usize> {
+    fn pop(&mut self, nodes: &mut [Node], graph: &impl Adjacency) -> Option<usize> {
         loop {
             let next = match (self.sorted.last(), self.late.peek()) {
                 (Some(first), Some(late)) if late > first => self.late.pop(),
@@ -266,6 +304,7 @@ impl PriorityQueue {
             };
             let Some((key, Reverse(number))) = next else {
                 self.refill(nodes)?;
+                self.fetch(nodes, graph);
                 continue;
             };
             let node = &mut nodes[number as usize];
@@ -288,22 +327,38 @@ impl PriorityQueue {
     fn refill(&mut self, nodes: &mut [Node]) -> Option<()> {
         let highest = (0..usize::from(self.lowest)).rev().find(|b| !self.buckets[*b].is_empty())?;
         self.lowest = highest as u16;
+        // First all are looked at, with no branch that depends on what is seen: the processor then fetches many at once.
         for number in std::mem::take(&mut self.buckets[highest]) {
-            let node = &mut nodes[number as usize];
-            if node.label != UNLABELLED || node.entered != self.lowest {
-                continue;
-            }
+            let node = &nodes[number as usize];
             let priority = priority(node.current);
-            let bucket = bucket(priority);
+            let waits = (node.label == UNLABELLED) & (node.entered == self.lowest);
+            let bucket = if waits { bucket(priority) } else { NO_BUCKET };
+            self.seen.push((priority.to_bits(), number, bucket));
+        }
+        for (key, number, bucket) in self.seen.drain(..) {
             if bucket == self.lowest {
-                self.sorted.push((priority.to_bits(), Reverse(number)));
-            } else {
-                node.entered = bucket;
+                self.sorted.push((key, Reverse(number)));
+            } else if bucket != NO_BUCKET {
+                nodes[number as usize].entered = bucket;
                 self.buckets[usize::from(bucket)].push(number);
             }
         }
         self.sorted.sort_unstable();
         Some(())
+    }
+
+    /// Looks at the neighbours of the nodes that come next, so that they are in the cache by then. Memory is what a diffusion waits
+    /// for, since the order of nodes is as good as random; looked at one node after the other, without work in between, many are
+    /// fetched at once. What is seen does not matter.
+    fn fetch(&self, nodes: &[Node], graph: &impl Adjacency) {
+        let (mut labels, mut reach) = (0, 0.0);
+        for (_, Reverse(number)) in &self.sorted {
+            graph.for_each_neighbor(*number as usize, |neighbor, distance| {
+                labels |= nodes[neighbor].label;
+                reach += distance;
+            });
+        }
+        black_box((labels, reach));
     }
 
     /// Says that the value of an unlabelled node changed.
