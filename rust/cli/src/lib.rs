@@ -170,8 +170,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let stage = if matches!(importance, Importance::Saliency(_)) { "saliency" } else { "decoding" };
     *seconds.entry(stage).or_insert(0.0) += begin.elapsed().as_secs_f64();
     control.check()?;
-    let outcome = pipeline::draw(&luma, &importance, &job.options, control)?;
-    drop((luma, importance));
+    let outcome = pipeline::draw_owned(luma, importance, &job.options, control)?;
 
     let mut stats = outcome.stats;
     *stats.seconds.entry("total".into()).or_default() += seconds.values().sum::<f64>();

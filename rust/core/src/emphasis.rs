@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use crate::field::Field;
+use crate::field::{BLURRED_ROWS, Blur, Field};
 use crate::params::Options;
 
 /// Sigma of the fine scale, as a share of the nodes' spacing: a detail this fine is about a node wide.
@@ -16,21 +16,75 @@ pub(crate) const FINE: f64 = 0.5;
 /// Sigma of the coarse scale, as a share of the nodes' spacing.
 const COARSE: f64 = 1.5;
 
+/// What a blurred flat field differs from itself at most.
+const ROUNDING: f32 = 1e-5;
+
 /// The tone plus `sharpen` of the options times what is finer than the nodes' `spacing` (in pixels) and `local_contrast` times what is
 /// finer than three of them, clipped to [0, 1]. 0 and 0 change nothing.
 pub fn emphasize(tone: &Field, spacing: f64, options: &Options) -> Field {
-    let scales = [(options.sharpen, FINE), (options.local_contrast, COARSE)];
-    let masks: Vec<(f32, Field)> = scales
-        .iter()
-        .filter(|(amount, _)| *amount > 0.0)
-        .map(|(amount, scale)| (*amount as f32, tone.blurred(scale * spacing)))
-        .collect();
-    let mut values = tone.values().to_vec();
-    values.par_iter_mut().enumerate().for_each(|(i, value)| {
-        let added: f32 = masks.iter().map(|(amount, blurred)| amount * (*value - blurred.values()[i])).sum();
-        *value = (*value + added).clamp(0.0, 1.0);
+    let mut emphasized = vec![0.0; tone.values().len()];
+    emphasize_rows(tone, spacing, options, &mut emphasized, None);
+    Field::of_valid(tone.width(), tone.height(), emphasized)
+}
+
+/// [`emphasize`] and [`off_blurred`], whose fine blurs are one.
+pub(crate) fn emphasize_and_off(tone: &Field, spacing: f64, options: &Options) -> (Field, Field) {
+    let [mut emphasized, mut off] = [(); 2].map(|()| vec![0.0; tone.values().len()]);
+    emphasize_rows(tone, spacing, options, &mut emphasized, Some(&mut off));
+    (Field::of_valid(tone.width(), tone.height(), emphasized), Field::of_valid(tone.width(), tone.height(), off))
+}
+
+/// How far the tone is from itself blurred at the fine scale; rounding counts as nothing.
+pub(crate) fn off_blurred(tone: &Field, spacing: f64) -> Field {
+    let nothing = Options { sharpen: 0.0, local_contrast: 0.0, ..Options::default() };
+    emphasize_and_off(tone, spacing, &nothing).1
+}
+
+fn emphasize_rows(tone: &Field, spacing: f64, options: &Options, emphasized: &mut [f32], off: Option<&mut [f32]>) {
+    let width = tone.width();
+    let [sharpen, local_contrast] = [options.sharpen, options.local_contrast].map(|amount| amount as f32);
+    let fine = (sharpen > 0.0 || off.is_some()).then(|| Blur::new(tone, FINE * spacing));
+    let coarse = (local_contrast > 0.0).then(|| Blur::new(tone, COARSE * spacing));
+    let band = BLURRED_ROWS * width;
+    // Without `off` its bands are empty.
+    let off = off.map_or_else(
+        || (0..tone.height().div_ceil(BLURRED_ROWS)).map(|_| Default::default()).collect(),
+        |off| off.chunks_mut(band).collect::<Vec<&mut [f32]>>(),
+    );
+    let bands = tone.values().par_chunks(band).zip(emphasized.par_chunks_mut(band)).zip(off);
+    bands.enumerate().for_each(|(number, ((tone, emphasized), off))| {
+        let (mut fine, mut coarse) = (fine.as_ref().map(Blur::rows), coarse.as_ref().map(Blur::rows));
+        let mut off = off.chunks_exact_mut(width);
+        let rows = tone.chunks_exact(width).zip(emphasized.chunks_exact_mut(width));
+        for (y, (tone, emphasized)) in (number * BLURRED_ROWS..).zip(rows) {
+            // What is added, before it is.
+            emphasized.fill(0.0);
+            if let Some(fine) = &mut fine {
+                let blurred = fine.row(y);
+                if let Some(off) = off.next() {
+                    for ((off, t), b) in off.iter_mut().zip(tone).zip(blurred) {
+                        let apart = (t - b).abs();
+                        *off = if apart < ROUNDING { 0.0 } else { apart.min(1.0) };
+                    }
+                }
+                if sharpen > 0.0 {
+                    add_difference(emphasized, sharpen, tone, blurred);
+                }
+            }
+            if let Some(coarse) = &mut coarse {
+                add_difference(emphasized, local_contrast, tone, coarse.row(y));
+            }
+            for (value, t) in emphasized.iter_mut().zip(tone) {
+                *value = (t + *value).clamp(0.0, 1.0);
+            }
+        }
     });
-    Field::new(tone.width(), tone.height(), values).expect("the size is the input's, and every value was clamped to [0, 1]")
+}
+
+fn add_difference(target: &mut [f32], amount: f32, tone: &[f32], blurred: &[f32]) {
+    for ((value, t), b) in target.iter_mut().zip(tone).zip(blurred) {
+        *value += amount * (t - b);
+    }
 }
 
 #[cfg(test)]

@@ -193,9 +193,11 @@ impl Fit {
         }
         // Along the curve a point may move: of those around, the one nearest to the curve.
         let direction = outline.direction(k) / outline.direction(k).hypot2().sqrt();
-        let off = |p: &Point| (*p - joint).cross(direction).abs() + ALONG * (*p - joint).dot(direction).abs();
-        let nearby = around(joint, self.units).into_iter().filter(fits);
-        nearby.min_by(|a, b| off(a).total_cmp(&off(b))).or_else(finer).unwrap_or(joint)
+        let off = |p: Point| (p - joint).cross(direction).abs() + ALONG * (p - joint).dot(direction).abs();
+        let mut nearby = around(joint, self.units).map(|p| (off(p), p));
+        nearby.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // The nearest to the curve, which is looked at first, nearly always fits.
+        nearby.iter().map(|(_, p)| *p).find(fits).or_else(finer).unwrap_or(joint)
     }
 
     fn snap(&self, p: Point, finer: f64) -> Point {

@@ -10,6 +10,8 @@
 //! where the tone is near black or white, where solid ink or bare paper will do. A user's map says where detail is wanted, so it is
 //! a factor on all of that; a constant is taken as it is.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::emphasis;
@@ -90,25 +92,36 @@ impl Importance {
     /// # Errors
     /// As [`Field::resample`].
     pub fn mixed(&self, tone: &Field, emphasized: &Field, spacing: f64, options: &Options) -> Result<Field> {
+        let off = self.needs_detail(options).then(|| emphasis::off_blurred(tone, spacing));
+        self.mixed_with(off, emphasized, spacing, options)
+    }
+
+    /// Whether the photo's detail is mixed in.
+    pub(crate) fn needs_detail(&self, options: &Options) -> bool {
+        options.detail > 0.0 && !matches!(self, Self::Constant(_))
+    }
+
+    /// As [`Importance::mixed`], with what the tone's detail is made of ([`emphasis::off_blurred`]) if [`Importance::needs_detail`].
+    pub(crate) fn mixed_with(&self, off: Option<Field>, emphasized: &Field, spacing: f64, options: &Options) -> Result<Field> {
         let Options { detail: share, floor, midtones, .. } = *options;
-        let (width, height) = (tone.width(), tone.height());
-        let map = self.field(width, height)?;
+        let (width, height) = (emphasized.width(), emphasized.height());
+        let map = self.on_canvas(width, height)?;
         if !self.takes_from_photo(options) {
-            return Ok(map);
+            return Ok(map.into_owned());
         }
-        let detail = (share > 0.0).then(|| detail(tone, spacing));
+        let detail = off.map(|off| detail(off, spacing));
         let is_factor = matches!(self, Self::Map(_));
-        let mut values = map.into_values();
-        values.par_iter_mut().zip(emphasized.values()).enumerate().for_each(|(i, (value, tone))| {
-            let map = f64::from(*value);
+        let mix = |i: usize, map: f32| {
+            let map = f64::from(map);
             let guess = if is_factor { 1.0 } else { map };
-            let detail = detail.as_ref().map_or(0.0, |d| f64::from(d[i]));
+            let detail = detail.as_ref().map_or(0.0, |d| f64::from(d.of(i)));
             let wanted = floor + (1.0 - floor) * ((1.0 - share) * guess + share * detail);
-            let off_middle = 2.0 * f64::from(*tone) - 1.0;
+            let off_middle = 2.0 * f64::from(emphasized.values()[i]) - 1.0;
             let factor = if is_factor { map } else { 1.0 };
-            *value = (factor * wanted * (1.0 - midtones * off_middle * off_middle)).clamp(0.0, 1.0) as f32;
-        });
-        Field::new(width, height, values)
+            (factor * wanted * (1.0 - midtones * off_middle * off_middle)).clamp(0.0, 1.0) as f32
+        };
+        let values = map.values().par_iter().enumerate().map(|(i, map)| mix(i, *map)).collect();
+        Ok(Field::of_valid(width, height, values))
     }
 
     /// Whether [`Importance::mixed`] takes anything from the photo, or the map alone.
@@ -122,10 +135,18 @@ impl Importance {
     /// # Errors
     /// As [`Field::resample`].
     pub fn field(&self, width: usize, height: usize) -> Result<Field> {
+        self.on_canvas(width, height).map(Cow::into_owned)
+    }
+
+    /// As [`Importance::field`], without a copy of a map that has the canvas's size.
+    fn on_canvas(&self, width: usize, height: usize) -> Result<Cow<'_, Field>> {
         match self {
-            Self::Constant(value) => Field::constant(width, height, *value),
-            Self::Saliency(map) | Self::Map(map) if map.values().iter().all(|v| *v == 0.0) => Field::constant(width, height, 1.0),
-            Self::Saliency(map) | Self::Map(map) => map.resample(width, height),
+            Self::Constant(value) => Field::constant(width, height, *value).map(Cow::Owned),
+            Self::Saliency(map) | Self::Map(map) if map.values().iter().all(|v| *v == 0.0) => {
+                Field::constant(width, height, 1.0).map(Cow::Owned)
+            }
+            Self::Saliency(map) | Self::Map(map) if [map.width(), map.height()] == [width, height] => Ok(Cow::Borrowed(map)),
+            Self::Saliency(map) | Self::Map(map) => map.resample(width, height).map(Cow::Owned),
         }
     }
 }
@@ -133,35 +154,83 @@ impl Importance {
 /// The share of pixels whose detail counts as 1: single strong edges must not make all else seem flat.
 const STRONGEST: f64 = 0.01;
 
-/// What a blurred flat field differs from itself at most.
-const ROUNDING: f32 = 1e-5;
-
 /// The part of the largest detail that counts as 1 at least, where most of a photo is flat and its details are few.
 const LEAST_OF_LARGEST: f32 = 0.1;
 
 /// The detail that counts as 1 at least: half a grey level of 8-bit images, so that the noise of a flat photo is none.
 const LEAST_DETAIL: f32 = 1.0 / 510.0;
 
-/// Local detail of a tone, in [0, 1]: how far it is from its mean at the scale of the nodes, averaged over as much.
-fn detail(tone: &Field, spacing: f64) -> Vec<f32> {
-    let sigma = emphasis::FINE * spacing;
-    let blurred = tone.blurred(sigma);
-    let apart = |(t, b): (&f32, &f32)| if (t - b).abs() < ROUNDING { 0.0 } else { (t - b).abs().min(1.0) };
-    let off: Vec<f32> = tone.values().par_iter().zip(blurred.values()).map(apart).collect();
-    let off = Field::new(tone.width(), tone.height(), off).expect("the size is the tone's, and every value is in [0, 1]");
-    let mut detail = off.blurred(sigma).into_values();
-    let mut sorted = detail.clone();
-    let rank = ((1.0 - STRONGEST) * (sorted.len() - 1) as f64) as usize;
-    let (_, strong, stronger) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
-    let largest = stronger.iter().fold(*strong, |a, b| a.max(*b));
-    let one = strong.max(LEAST_OF_LARGEST * largest).max(LEAST_DETAIL);
-    detail.par_iter_mut().for_each(|d| *d = (*d / one).min(1.0));
-    detail
+/// Local detail of a tone.
+struct Detail {
+    blurred: Field,
+    /// What counts as 1.
+    one: f32,
+}
+
+impl Detail {
+    /// The detail of a pixel, in [0, 1].
+    fn of(&self, pixel: usize) -> f32 {
+        (self.blurred.values()[pixel] / self.one).min(1.0)
+    }
+}
+
+/// Local detail: how far the tone is from its mean at the scale of the nodes, which is `off`, averaged over as much.
+fn detail(off: Field, spacing: f64) -> Detail {
+    let blurred = off.blurred(emphasis::FINE * spacing);
+    drop(off);
+    let rank = ((1.0 - STRONGEST) * (blurred.values().len() - 1) as f64) as usize;
+    let (strong, largest) = of_rank(blurred.values(), rank);
+    Detail { blurred, one: strong.max(LEAST_OF_LARGEST * largest).max(LEAST_DETAIL) }
+}
+
+/// Values that one thread counts at once.
+const COUNTED: usize = 1 << 18;
+
+/// The value that so many are not above it, and the largest; no value is below 0.
+///
+/// By counting, first the upper halves of the values' bits and then the lower halves where the upper one is that of the value that
+/// is looked for: bits of floats from 0 on are in the order of the floats. Nothing is copied.
+fn of_rank(values: &[f32], rank: usize) -> (f32, f32) {
+    let count = |key: &(dyn Fn(u32) -> Option<u32> + Sync)| {
+        let of_part = |part: &[f32]| {
+            let mut counts = vec![0u32; 1 << 16];
+            part.iter().filter_map(|value| key(value.to_bits())).for_each(|key| counts[key as usize] += 1);
+            counts
+        };
+        let add = |mut a: Vec<u32>, b: Vec<u32>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a
+        };
+        values.par_chunks(COUNTED).map(of_part).reduce_with(add).unwrap_or_default()
+    };
+    let find = |counts: &[u32], rank: usize| {
+        let mut below = 0;
+        let key = counts.iter().position(|count| {
+            below += *count as usize;
+            below > rank
+        });
+        let key = key.unwrap_or(0);
+        (key as u32, rank + counts[key] as usize - below)
+    };
+    let (upper, rank) = find(&count(&|bits| Some(bits >> 16)), rank);
+    let (lower, _) = find(&count(&|bits| (bits >> 16 == upper).then_some(bits & 0xFFFF)), rank);
+    let largest = values.par_iter().copied().reduce(|| 0.0, f32::max);
+    (f32::from_bits(upper << 16 | lower), largest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_rank_is_what_sorting_says() {
+        let values: Vec<f32> = (0..1000u32).map(|i| (i * 7919 % 1000 / 3) as f32 / 1e3).collect();
+        let mut sorted = values.clone();
+        sorted.sort_by(f32::total_cmp);
+        for rank in [0, 1, 500, 990, 999] {
+            assert_eq!(of_rank(&values, rank), (sorted[rank], sorted[999]));
+        }
+    }
 
     #[test]
     fn names() {

@@ -137,20 +137,30 @@ impl Lattice {
         let above = ((y - self.first_y) / self.pitch).clamp(0.0, self.rows.saturating_sub(2) as f64) as usize;
         [above, (above + 1).min(self.rows - 1)].map(|row| {
             let dy = y - (self.first_y + row as f64 * self.pitch);
-            LatticeRow {
-                start: self.row_start(row),
-                columns: self.columns[row % 2],
-                first_x: self.first_x[row % 2],
-                spacing: self.spacing,
-                per_spacing: 1.0 / self.spacing,
-                dy_squared: dy * dy,
-            }
+            LatticeRow { start: self.row_start(row), columns: self.columns[row % 2], parity: row % 2, dy_squared: dy * dy }
         })
+    }
+
+    /// The column of the node of an even (0) or odd (1) row that is nearest to x, and its squared distance along the row.
+    pub(crate) fn nearest_column(&self, parity: usize, x: f64) -> (u32, f64) {
+        // A cast cuts off the fraction, and what is below 0 becomes 0.
+        let (first_x, per_spacing) = (self.first_x[parity], 1.0 / self.spacing);
+        let column = (((x - first_x) * per_spacing + 0.5) as usize).min(self.columns[parity] - 1);
+        let dx = x - (first_x + column as f64 * self.spacing);
+        (column as u32, dx * dx)
+    }
+
+    /// Nodes in an even and an odd row together.
+    pub(crate) fn nodes_in_two_rows(&self) -> usize {
+        self.columns[0] + self.columns[1]
     }
 
     /// The node nearest to the point (x, y) of the canvas; one of them on ties.
     pub fn nearest(&self, x: f64, y: f64) -> usize {
-        let [above, below] = self.rows_around(y).map(|row| row.nearest(x));
+        let [above, below] = self.rows_around(y).map(|row| {
+            let (column, along) = self.nearest_column(row.parity, x);
+            (row.start + column as usize, along + row.dy_squared)
+        });
         if below.1 < above.1 { below.0 } else { above.0 }
     }
 }
@@ -160,10 +170,7 @@ impl Lattice {
 pub(crate) struct LatticeRow {
     start: usize,
     columns: usize,
-    first_x: f64,
-    spacing: f64,
-    /// 1 / spacing.
-    per_spacing: f64,
+    parity: usize,
     dy_squared: f64,
 }
 
@@ -178,12 +185,14 @@ impl LatticeRow {
         self.start + self.columns
     }
 
-    /// The row's node nearest to x, and its squared distance.
-    pub(crate) fn nearest(&self, x: f64) -> (usize, f64) {
-        // A cast cuts off the fraction, and what is below 0 becomes 0.
-        let column = (((x - self.first_x) * self.per_spacing + 0.5) as usize).min(self.columns - 1);
-        let dx = x - (self.first_x + column as f64 * self.spacing);
-        (self.start + column, dx * dx + self.dy_squared)
+    /// 0 for an even row, 1 for an odd one.
+    pub(crate) fn parity(&self) -> usize {
+        self.parity
+    }
+
+    /// The squared distance across the rows.
+    pub(crate) fn dy_squared(&self) -> f64 {
+        self.dy_squared
     }
 }
 

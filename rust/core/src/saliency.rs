@@ -16,7 +16,7 @@
 
 use rayon::prelude::*;
 
-use crate::field::Field;
+use crate::field::{Field, check_size};
 
 /// Half sides of the six boxes, in pixels: three octaves from 12 and three from 28.
 const NEIGHBOURHOODS: [usize; 6] = [12, 24, 48, 28, 56, 112];
@@ -35,7 +35,8 @@ pub fn fine_grained(luma: &[u8], width: usize, height: usize) -> Field {
     assert_eq!(luma.len(), width * height, "one luma value a pixel");
     let sums = on_off_sums(luma, width, height);
     let values = mix(&sums);
-    Field::new(width, height, values).expect("the size is the caller's promise, and the values are integers / 255")
+    check_size(width, height).expect("the size is the caller's promise");
+    Field::of_valid(width, height, values)
 }
 
 /// On and off of a pixel, summed over the scales (at most 6 * 255 each).
@@ -167,7 +168,8 @@ impl OnOff {
 
 /// The map of the sums: on and off stretched to 0..255 each, added, stretched again, every time truncated to 8 bits.
 fn mix(sums: &[OnOff]) -> Vec<f32> {
-    let (highest_on, highest_off) = sums.iter().fold((0, 0), |(on, off), s| (s.on.max(on), s.off.max(off)));
+    let higher = |a: OnOff, b: OnOff| OnOff { on: a.on.max(b.on), off: a.off.max(b.off) };
+    let OnOff { on: highest_on, off: highest_off } = sums.par_iter().copied().reduce(OnOff::default, higher);
     // Few distinct sums, many pixels: a table each. Where all is 0 the quotient is NaN, which becomes 0.
     let stretch =
         |highest: u16| -> Vec<u8> { (0..=highest).map(|v| (255.0 * f64::from(f32::from(v) / f32::from(highest))) as u8).collect() };
@@ -180,7 +182,7 @@ fn mix(sums: &[OnOff]) -> Vec<f32> {
             f32::from(stretched as i32 as u8) * (1.0 / 255.0)
         })
         .collect();
-    sums.iter().map(|s| last[usize::from(on[usize::from(s.on)]) + usize::from(off[usize::from(s.off)])]).collect()
+    sums.par_iter().map(|s| last[usize::from(on[usize::from(s.on)]) + usize::from(off[usize::from(s.off)])]).collect()
 }
 
 #[cfg(test)]

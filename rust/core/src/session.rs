@@ -5,11 +5,12 @@
 //! session that keeps nothing, so a drawing does not depend on what was drawn before it.
 //!
 //! # Memory
-//! A session holds the luma (4 bytes a pixel) and the importance as given (a map: 4 bytes for each of its pixels), and keeps 12 bytes
-//! a pixel (tone, emphasized tone, importance on the canvas), 1 byte a lattice node, 90 bytes a node of the second graph, and the last
-//! drawing (some 60 bytes for each of its points). While it draws, this comes on top of what [`crate::draw`] needs. The parts
-//! that an [`Outcome`] has are shared with it, not copied.
+//! A session holds the luma (4 bytes a pixel) and the importance as given (a map: 4 bytes for each of its pixels), and keeps 8 bytes
+//! a pixel (emphasized tone, importance on the canvas), 4 more if the tone is not the luma, 1 byte a lattice node, 90 bytes a node
+//! of the second graph, and the last drawing (some 60 bytes for each of its points). While it draws, this comes on top of what
+//! [`crate::draw`] needs. The parts that an [`Outcome`] has are shared with it, not copied.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
@@ -21,8 +22,9 @@ use crate::importance::Importance;
 use crate::mean_tone::Toned;
 use crate::needs::identical;
 use crate::params::Options;
-use crate::pipeline::{FirstGraph, NodeCells, Outcome, Outlined, Tone, draw_with};
+use crate::pipeline::{FirstGraph, Outcome, Outlined, Tone, draw_with};
 use crate::triangulation::Triangulation;
+use crate::voronoi::TonedCells;
 
 /// A photo and its importance, with what the last drawing of them left.
 pub struct Session {
@@ -53,7 +55,7 @@ impl Session {
     /// # Errors
     /// As [`crate::draw`]. The session can be used afterwards as if that drawing had not been asked for; what was finished is kept.
     pub fn draw(&mut self, options: &Options, control: &Control) -> Result<Outcome> {
-        draw_with(&self.luma, &self.importance, options, control, &mut self.memory)
+        draw_with(Cow::Borrowed(&self.luma), Cow::Borrowed(&self.importance), options, control, &mut self.memory)
     }
 }
 
@@ -71,7 +73,7 @@ pub(crate) struct Memory {
     pub(crate) importance: Slot<Field>,
     pub(crate) first_graph: Slot<FirstGraph>,
     pub(crate) second_graph: Slot<Triangulation>,
-    pub(crate) cells: Slot<NodeCells>,
+    pub(crate) cells: Slot<TonedCells>,
     pub(crate) labels: Slot<Toned>,
     pub(crate) components: Slot<Components>,
     pub(crate) outlines: Slot<Outlined>,

@@ -7,6 +7,8 @@
 //! field is the same on every machine and 16-bit samples keep their 16 bits.
 //! What this module does not do: read files and convert colour profiles (see [`crate::decode`]).
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
@@ -125,13 +127,17 @@ pub fn luma_to_u8(luma: &Field) -> Vec<u8> {
 /// The tone that is drawn: the luma, decoded to linear light if `linear`, to the power 1 / gamma, then its distance from 0.5 times
 /// `contrast` (clipped to [0, 1]), then 1 minus it if `invert`. The default options change nothing.
 pub fn adjust(luma: &Field, options: &Options) -> Field {
+    adjusted(luma, options).into_owned()
+}
+
+/// As [`adjust`], without a copy where nothing changes.
+pub(crate) fn adjusted<'a>(luma: &'a Field, options: &Options) -> Cow<'a, Field> {
     let Options { linear, gamma, contrast, invert, .. } = *options;
     if !linear && gamma == 1.0 && contrast == 1.0 && !invert {
-        return luma.clone();
+        return Cow::Borrowed(luma);
     }
-    let mut values = luma.values().to_vec();
     let exponent = 1.0 / gamma;
-    values.par_iter_mut().for_each(|value| {
+    let tone_of = |value: &f32| {
         let mut tone = f64::from(*value);
         if linear {
             tone = linear_light(tone);
@@ -144,9 +150,9 @@ pub fn adjust(luma: &Field, options: &Options) -> Field {
             tone = 0.5 + contrast * (tone - 0.5);
         }
         tone = tone.clamp(0.0, 1.0);
-        *value = if invert { 1.0 - tone } else { tone } as f32;
-    });
-    Field::new(luma.width(), luma.height(), values).expect("the size is the input's, and every value was clamped to [0, 1]")
+        (if invert { 1.0 - tone } else { tone }) as f32
+    };
+    Cow::Owned(Field::of_valid(luma.width(), luma.height(), luma.values().par_iter().map(tone_of).collect()))
 }
 
 /// The light of an sRGB-encoded value, both in [0, 1] (IEC 61966-2-1).

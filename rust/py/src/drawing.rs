@@ -31,7 +31,7 @@ pub(crate) fn draw(
     let options = options::parse(options_json)?;
     let (luma, importance) = (arrays::field(&luma)?, given_importance(importance, importance_map)?);
     let outcome =
-        watch::run(py, progress, errors::from_core, move |control| pipeline::draw(&luma, &importance, &options, control))?;
+        watch::run(py, progress, errors::from_core, move |control| pipeline::draw_owned(luma, importance, &options, control))?;
     Drawing::of(outcome)
 }
 
