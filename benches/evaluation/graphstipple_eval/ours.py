@@ -206,15 +206,16 @@ def _draw_at_budget(variant: _Variant, photo: Photo, dots: int) -> Picture:
 
 
 def _next_nodes(tried: dict[int, int], wanted: int) -> int:
-    """Return the number of nodes to try next: between those that wrote too little and too much, else in proportion."""
-    less = max((nodes for nodes, written in tried.items() if written < wanted), default=None)
-    more = min((nodes for nodes, written in tried.items() if written > wanted), default=None)
-    if less is None or more is None:
-        nodes = less or more or 1
-        return max(3, round(nodes * wanted / max(1, tried[nodes])))
-    guess = round(less + (more - less) * (wanted - tried[less]) / (tried[more] - tried[less]))
-    # A guess at an end has nothing new to tell, though the end that was wrong by more may still be far away.
-    return guess if guess not in tried else (less + more) // 2
+    """Return the number of nodes to try next: in proportion from the one that came nearest, or beside that.
+
+    Coordinates grow about as nodes do, but in small drawings not evenly: where the guess is known already, a number beside it may
+    do better.
+    """
+    nearest = min(tried, key=lambda nodes: abs(tried[nodes] - wanted))
+    guess = max(3, round(nearest * wanted / max(1, tried[nearest])))
+    step = max(1, guess // 100)
+    beside = (guess + sign * count * step for count in range(1, MOST_DRAWS) for sign in (1, -1))
+    return next((nodes for nodes in (guess, *beside) if nodes >= 3 and nodes not in tried), guess)
 
 
 def _picture(drawing: gs.Drawing, variant: _Variant, search: dict[str, object]) -> Picture:
