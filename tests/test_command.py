@@ -120,8 +120,8 @@ def test_importance_by_name(command, photos, tmp_path, importance):
             {"detail": 0.5, "floor": 0.3, "midtones": 0.2, "sharpen": 1, "local_contrast": 2, "fineness": 0.5},
         ),
         (
-            ["--tone-tolerance", "off", "--carry", "value", "--crossings", "midpoint"],
-            {"tone_tolerance": None, "carry": "value", "crossings": "midpoint"},
+            ["--tone-tolerance", "off", "--carry", "value", "--crossings", "midpoint", "--order", "global"],
+            {"tone_tolerance": None, "carry": "value", "crossings": "midpoint", "order": "global"},
         ),
     ],
     ids=["diffusion", "tone", "radii", "irregular dots", "alphas and outlines", "budget", "detail", "ours off"],

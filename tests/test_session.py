@@ -38,6 +38,7 @@ CHANGES: dict[str, Any] = {
     "rings": 2,
     "importance_alpha": "dynamic",
     "alpha": "dynamic",
+    "order": "global",
     "carry": "value",
     "tone_tolerance": None,
     "split": 0,

@@ -142,6 +142,24 @@ def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, det
     np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
 
 
+@pytest.mark.parametrize("alpha", ["tonal", 1.0])
+@pytest.mark.parametrize("order", ["blocks", "global"])
+@pytest.mark.parametrize("kind", [*KINDS, "delaunay"])
+def test_diffuse_many_nodes(kind, order, alpha):
+    """Four blocks; on the Delaunay graph, whose nodes are in no order, edges join all of them."""
+    if kind == "delaunay":
+        sites = scattered(3, 70_000, 300, 235, "evenly")
+        edges = oracles.sorted_edges(stages.triangulate(sites, 300, 235))
+    else:
+        sites, edges = oracles.lattice(300, 235, 1.0, kind)
+    assert len(oracles.blocks(len(sites), "blocks")) == 4
+    random = np.random.default_rng(4)
+    values, areas = random.random(len(sites), np.float32), 0.5 + random.random(len(sites))
+    options = {"areas": areas, "alpha": alpha, "order": order}
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, **options)
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
+
+
 @on_every_photo
 @pytest.mark.parametrize("alpha", ["tonal", "dynamic", 1.0])
 @pytest.mark.parametrize("kind", KINDS)

@@ -154,7 +154,7 @@ impl Prepared {
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),
             Stage::new("importance", Parallel, move || importance.mixed(luma, emphasized, budget.spacing, options)),
             Stage::new("lattice_means", Parallel, move || lattice_means(lattice, &outcome.importance, samples, control)),
-            Stage::new("first_diffusion", Serial, move || diffuse(lattice, &self.values, None, &first_phase, control)),
+            Stage::new("first_diffusion", Parallel, move || diffuse(lattice, &self.values, None, &first_phase, control)),
             // Two factors are tried at a time, but when the first of both is met, one would have been enough.
             Stage::new("node_budget", Mixed, move || first_graph(&outcome.importance, options, control)),
             Stage::with_input(
@@ -166,10 +166,10 @@ impl Prepared {
             Stage::with_input("triangulation", Mixed, || sites.clone(), move |sites| triangulate(sites, width, height, control)),
             Stage::with_input("spade_bulk_load", Serial, || self.points.clone(), DelaunayTriangulation::<Point2<f64>>::bulk_load),
             Stage::new("cells_with_tone", Parallel, move || cells(sites, width, height, samples, Some(luma), control)),
-            Stage::new("second_diffusion", Serial, move || {
+            Stage::new("second_diffusion", Parallel, move || {
                 diffuse(graph, &outcome.toned.tones, Some(areas), &second_phase, control)
             }),
-            Stage::new("diffusion_to_mean", Serial, move || {
+            Stage::new("diffusion_to_mean", Parallel, move || {
                 diffuse_to_mean(graph, &self.means, areas, options.carry, wanted, &second_phase, control)
             }),
             Stage::new("components_and_outlines", Mixed, move || {

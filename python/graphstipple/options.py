@@ -27,7 +27,7 @@ class Options:
     density : float, optional
         Lattice nodes per pixel, above 0, at most 16. By default as fine as the node budget needs, and no finer.
     nodes : int, optional
-        Node budget: how many nodes to keep (within 2 %), at least 3. At most one of `nodes` and `nodes_per_pixel`; without
+        Node budget: how many nodes to keep (within 1 %), at least 3. At most one of `nodes` and `nodes_per_pixel`; without
         either and without a density, 0.3 a pixel and at most 300,000.
     nodes_per_pixel : float, optional
         Node budget per pixel, above 0, at most 16.
@@ -53,6 +53,9 @@ class Options:
     importance_alpha, alpha : "tonal", "dynamic" or float
         Share of a node's error that is passed on, when the importance and when the tone is diffused: tonal (`base` in middle
         tones, none at black and white), dynamic (the paper's), or the same everywhere, 0 (thresholding) to 1 (halftoning).
+    order : {"blocks", "global"}
+        In which order nodes are labelled: blocks of rows, each in an order of its own and many at a time, or one order over all
+        nodes (the paper's).
     carry : {"area", "value"}
         What is passed on when the tone is diffused: the error times the area of the node's cell, or the error's value.
     tone_tolerance : float, optional
@@ -109,11 +112,12 @@ class Options:
     relax: int = 1
     k1: float = 1.0
     k2: float = 0.1
-    base: float = 0.25
+    base: float = 0.245
     detail_gain: float = 6.0
     rings: int = 1
     importance_alpha: Literal["tonal", "dynamic"] | float = 1.0
     alpha: Literal["tonal", "dynamic"] | float = "tonal"
+    order: Literal["blocks", "global"] = "blocks"
     carry: Literal["area", "value"] = "area"
     tone_tolerance: float | None = 0.02
     split: int = 4

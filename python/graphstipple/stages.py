@@ -320,9 +320,10 @@ def diffuse(
     alpha: Literal["tonal", "dynamic"] | float = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.25,
+    base: float = 0.245,
     detail_gain: float = 6.0,
     rings: int = 1,
+    order: Literal["blocks", "global"] = "blocks",
 ) -> npt.NDArray[np.uint8]:
     """Return a label for every node by priority error diffusion (docs/method.md).
 
@@ -336,15 +337,15 @@ def diffuse(
         Starting values, finite; tone lies in [0, 1].
     areas : array_like, (n,), optional
         Cell area of every node in px^2, for errors that are carried by area; without, they are carried by value.
-    alpha, k1, k2, base, detail_gain, rings
-        As in `graphstipple.Options`.
+    alpha, k1, k2, base, detail_gain, rings, order
+        As in `graphstipple.Options`. Blocks are of nodes with consecutive numbers.
 
     Returns
     -------
     ndarray of uint8, (n,)
         0 black, 1 white.
     """
-    options = Options(alpha=alpha, k1=k1, k2=k2, base=base, detail_gain=detail_gain, rings=rings)
+    options = Options(alpha=alpha, k1=k1, k2=k2, base=base, detail_gain=detail_gain, rings=rings, order=order)
     starting = _array("values", values, np.float32, 1)
     cell_areas = None if areas is None else _array("areas", areas, np.float64, 1)
     return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._json())

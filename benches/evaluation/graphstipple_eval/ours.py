@@ -14,6 +14,7 @@ the node budget among them, as in the defaults:
 - detail in the importance: `detail`, `floor`, `midtones`;
 - emphasis: `sharpen`, `local_contrast`;
 - tonal alpha: `alpha`, `base`;
+- nodes labelled in blocks: `order`;
 - error carried by area: `carry`;
 - correction of the mean tone: `tone_tolerance`;
 - fused dots split: `split`;
@@ -75,6 +76,7 @@ _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-detail-importance", "no detail in the importance", {"detail": 0, "floor": 0, "midtones": 0}),
     ("no-emphasis", "no emphasis", {"sharpen": 0, "local_contrast": 0}),
     ("no-tonal-alpha", "dynamic alpha", {"alpha": "dynamic", "base": 0.5}),
+    ("global-order", "one order for all nodes", {"order": "global"}),
     ("no-area", "error carried by value", {"carry": "value"}),
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
     ("fused-dots", "fused dots left", {"split": 0}),

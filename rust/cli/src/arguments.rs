@@ -10,7 +10,7 @@ use graphstipple_core::importance::Source;
 use graphstipple_core::layers::{Inks, Style};
 use graphstipple_core::layout::{Layout, Length, Page};
 use graphstipple_core::presets::{self, Preset};
-use graphstipple_core::{Alpha, Carry, Crossings, LatticeKind, Options, field, tone};
+use graphstipple_core::{Alpha, Carry, Crossings, LatticeKind, Options, Order, field, tone};
 
 use crate::error::{Error, Result};
 use crate::files::{Format, is_same_file};
@@ -139,7 +139,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     k2: Option<f64>,
 
-    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.25
+    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.245
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     base: Option<f64>,
 
@@ -159,6 +159,11 @@ pub(crate) struct Arguments {
     /// paper's), or 0 (threshold) to 1 (halftone); default tonal
     #[arg(long, value_name = "ALPHA", value_parser = parse_alpha, allow_negative_numbers = true, help_heading = "Diffusion")]
     alpha: Option<Alpha>,
+
+    /// Order in which nodes are labelled: blocks (blocks of rows, many at a time) or global (one order over all nodes, the paper's);
+    /// default blocks
+    #[arg(long, value_name = "ORDER", value_parser = parse_order, help_heading = "Diffusion")]
+    order: Option<Order>,
 
     /// What is passed on: the error's value, or value times area of the node's cell; default area
     #[arg(long, value_name = "KIND", value_parser = parse_carry, help_heading = "Diffusion")]
@@ -347,6 +352,7 @@ impl Arguments {
         set(&mut options.rings, self.rings);
         set(&mut options.importance_alpha, self.importance_alpha);
         set(&mut options.alpha, self.alpha);
+        set(&mut options.order, self.order);
         set(&mut options.carry, self.carry);
         set(&mut options.tone_tolerance, self.tone_tolerance.map(|MaybeNumber(number)| number));
         set(&mut options.split, self.split);
@@ -439,6 +445,14 @@ fn parse_alpha(text: &str) -> Result<Alpha, String> {
     }
 }
 
+fn parse_order(text: &str) -> Result<Order, String> {
+    match text {
+        "global" => Ok(Order::Global),
+        "blocks" => Ok(Order::Blocks),
+        _ => Err("it must be global or blocks".into()),
+    }
+}
+
 fn parse_carry(text: &str) -> Result<Carry, String> {
     match text {
         "value" => Ok(Carry::Value),
@@ -501,8 +515,8 @@ mod tests {
     #[test]
     fn every_option_arrives() {
         let all = "--lattice square --density 1.5 --nodes 60000 --fineness 2 --detail 0.7 --floor 0.1 --midtones 0.5 --relax 2 \
-                   --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --alpha 1 --carry value \
-                   --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
+                   --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --alpha 1 --order global \
+                   --carry value --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
                    --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.5 --linear --gamma 1.1 --contrast 1.2 --invert \
                    --threads 2 --background #0aF01b";
         let expected = Options {
@@ -522,6 +536,7 @@ mod tests {
             rings: 4,
             importance_alpha: Alpha::Constant(0.5),
             alpha: Alpha::Constant(1.0),
+            order: Order::Global,
             carry: Carry::Value,
             tone_tolerance: None,
             split: 3,

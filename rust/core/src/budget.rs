@@ -22,7 +22,7 @@ use crate::noise::noise;
 use crate::params::Alpha;
 
 /// How far from the budget the number of kept nodes may be, as a share of it.
-const TOLERANCE: f64 = 0.02;
+const TOLERANCE: f64 = 0.01;
 
 /// Diffusions after which a search gives up; the best one counts.
 const MAX_DIFFUSIONS: usize = 12;

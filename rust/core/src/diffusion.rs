@@ -15,17 +15,26 @@
 //! - The paper's alpha jumps with the side of the label and keeps dots in the lightest and darkest tones, where a drawing should be
 //!   clean. [`tonal_share`] is continuous and depends on the node's own value alone.
 //! - Where small cells meet large ones, an error carried as a value does not keep the tone; carried by area it does.
+//! - One order over all nodes is serial, and jumps about in memory. With [`Order::Blocks`], blocks of some 64 rows have orders of
+//!   their own: first all even blocks are labelled, side by side, then all odd ones. An even block tries out labels for the nearest
+//!   rows of the odd ones too, its margins, so that errors cross the border both ways: were they only to leave, a row with too few
+//!   dots would lie beside one with too many. The odd block begins with the sum of what its nodes were passed and have given
+//!   there, and finds its neighbours outside labelled. So no error is lost or doubled, and the result does not depend on threads.
 //!
 //! Values are never clamped; an error with no unlabelled neighbour left is dropped.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 use std::hint::black_box;
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::graph::Adjacency;
-use crate::params::{Alpha, Options};
+use crate::params::{Alpha, Options, Order};
 
 /// The parameters of one diffusion; ranges as in [`Options`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +51,8 @@ pub struct Diffusion {
     pub rings: u32,
     /// Share of the error that is passed on.
     pub alpha: Alpha,
+    /// In which order nodes are labelled.
+    pub order: Order,
 }
 
 impl Diffusion {
@@ -52,8 +63,8 @@ impl Diffusion {
 
     /// The diffusion of tone over the second graph.
     pub fn of_tone(options: &Options) -> Self {
-        let Options { k1, k2, base, detail_gain, rings, alpha, .. } = *options;
-        Self { k1, k2, base, detail_gain, rings, alpha }
+        let Options { k1, k2, base, detail_gain, rings, alpha, order, .. } = *options;
+        Self { k1, k2, base, detail_gain, rings, alpha, order }
     }
 }
 
@@ -87,6 +98,15 @@ pub fn diffuse(
     parameters: &Diffusion,
     control: &Control,
 ) -> Result<Vec<u8>> {
+    check_input(graph, values, areas)?;
+    let size = match parameters.order {
+        Order::Global => values.len(),
+        Order::Blocks => block_size(values.len()),
+    };
+    diffuse_in_blocks(graph, values, areas, parameters, size, control)
+}
+
+fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
     if values.len() != graph.len() {
         return Err(Error::Input(format!("there are {} values for {} nodes, but every node needs one", values.len(), graph.len())));
     }
@@ -105,65 +125,169 @@ pub fn diffuse(
             return Err(Error::Input(format!("the area of node {i} is {}, but it must be at least 0 px^2", areas[i])));
         }
     }
-    let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
-    let mut queue = PriorityQueue::new(&nodes);
-    let mut rings = Rings { radius: parameters.rings, ..Rings::default() };
-    let mut open: Vec<Open> = Vec::with_capacity(16);
-    let mut done = 0;
+    Ok(())
+}
 
-    while let Some(number) = queue.pop(&mut nodes, graph) {
-        if done % NODES_BETWEEN_CHECKS == 0 {
-            control.report(done as f32 / values.len() as f32)?;
-        }
-        done += 1;
-        let node = &mut nodes[number];
-        let start = f64::from(node.start);
-        let label = u8::from(node.current >= 0.5);
-        node.label = label;
-        let error = node.current - f64::from(label);
+/// Nodes of a block at least: below, what a block's queue costs to set up shows.
+const LEAST_BLOCK: usize = 4096;
 
-        let keeps_side = (label == 1) == (start >= 0.5);
-        if error == 0.0 || (parameters.alpha == Alpha::Dynamic && !keeps_side) {
-            continue;
-        }
-        // Every neighbour is written down, and kept or overwritten by the next: with no branch to guess wrong, the processor
-        // fetches all of them at once.
-        let mut count = 0;
-        let (mut sum, mut degree) = (start, 1.0);
-        graph.for_each_neighbor(number, |neighbor, distance| {
-            if count == open.len() {
-                open.push(Open::default());
-            }
-            let other = &nodes[neighbor];
-            open[count] = Open { number: neighbor as u32, start: other.start, weight: distance };
-            count += usize::from(other.label == UNLABELLED);
-            sum += f64::from(other.start);
-            degree += 1.0;
-        });
-        let open = &mut open[..count];
-        if open.is_empty() {
-            continue;
-        }
-        let alpha = match parameters.alpha {
-            Alpha::Constant(alpha) => alpha,
-            Alpha::Tonal => parameters.base * tonal_share(start),
-            Alpha::Dynamic => {
-                let mean = if parameters.rings == 1 { sum / degree } else { rings.mean(graph, &nodes, number) };
-                parameters.base + parameters.detail_gain * (start - mean).abs()
-            }
-        };
-        if alpha == 0.0 {
-            continue;
-        }
-        let share = alpha * error / weigh(open, start, parameters);
-        for other in open {
-            let neighbor = other.number as usize;
-            let node = &mut nodes[neighbor];
-            node.current += other.weight * share * areas.map_or(1.0, |areas| area_ratio(areas[number], areas[neighbor]));
-            queue.update(neighbor, node);
-        }
+/// Rows of a block, on a square canvas.
+const ROWS_IN_BLOCK: usize = 64;
+
+/// Margins are this share of a block's nodes, on either side: some 4 rows.
+const MARGINS_IN_BLOCK: usize = 16;
+
+/// How many nodes a block has where there are `count`, but for the last, which may have fewer. It depends on nothing else, or
+/// drawings would.
+fn block_size(count: usize) -> usize {
+    let least = LEAST_BLOCK.max(ROWS_IN_BLOCK * count.isqrt());
+    count.div_ceil((count / least).max(1))
+}
+
+/// [`diffuse`] of valid input in blocks of `size` nodes.
+fn diffuse_in_blocks(
+    graph: &impl Adjacency,
+    values: &[f32],
+    areas: Option<&[f64]>,
+    parameters: &Diffusion,
+    size: usize,
+    control: &Control,
+) -> Result<Vec<u8>> {
+    let size = size.max(1);
+    let task = Task { graph, values, areas, parameters, control, begun: AtomicUsize::new(0) };
+    let margin = size / MARGINS_IN_BLOCK;
+    let mut labels = vec![UNLABELLED; values.len()];
+    // An even block and the odd one behind it.
+    let passed: Vec<Vec<Passed>> = labels
+        .par_chunks_mut(2 * size)
+        .enumerate()
+        .map(|(pair, labels)| {
+            let first = 2 * pair * size;
+            let own = first..(first + size).min(values.len());
+            let tried = own.start.saturating_sub(margin)..(own.end + margin).min(values.len());
+            task.label(own.clone(), tried, &[], &mut labels[..own.len()])
+        })
+        .collect::<Result<_>>()?;
+    let mut received = vec![Vec::new(); passed.len()];
+    for one in passed.into_iter().flatten() {
+        received[one.to as usize / size / 2].push(one);
     }
-    Ok(nodes.into_iter().map(|node| node.label).collect())
+    labels.par_chunks_mut(2 * size).zip(received).enumerate().try_for_each(|(pair, (labels, received))| {
+        let Some((_, labels)) = labels.split_at_mut_checked(size) else { return Ok(()) };
+        let first = (2 * pair + 1) * size;
+        let own = first..first + labels.len();
+        task.label(own.clone(), own, &received, labels).map(drop)
+    })?;
+    Ok(labels)
+}
+
+/// What all blocks of a diffusion have in common.
+struct Task<'a, G> {
+    graph: &'a G,
+    values: &'a [f32],
+    areas: Option<&'a [f64]>,
+    parameters: &'a Diffusion,
+    control: &'a Control,
+    /// Nodes that are labelled, or will be before the next look at the cancellation flag.
+    begun: AtomicUsize,
+}
+
+/// By how much a node of an odd block changed while an even block was labelled: what it was passed, or less what it gave.
+#[derive(Debug, Clone, Copy)]
+struct Passed {
+    to: u32,
+    amount: f64,
+}
+
+impl<G: Adjacency> Task<'_, G> {
+    /// Labels the block of nodes `own`, after it was passed what is `received`, as if no other nodes waited than those `tried`, among
+    /// which it is. Returns what passed between the block and the others.
+    fn label(&self, own: Range<usize>, tried: Range<usize>, received: &[Passed], labels: &mut [u8]) -> Result<Vec<Passed>> {
+        let &Self { graph, values, areas, parameters, .. } = self;
+        // In here nodes count from the first that is tried, so that what lies outside is at or beyond the length.
+        let first = tried.start;
+        let mut nodes: Vec<Node> = values[tried].iter().map(|v| Node::new(*v)).collect();
+        for one in received {
+            nodes[one.to as usize - first].current += one.amount;
+        }
+        let mut queue = PriorityQueue::new(&mut nodes);
+        let mut rings = Rings { radius: parameters.rings, ..Rings::default() };
+        let mut open: Vec<Open> = Vec::with_capacity(16);
+        let mut passed = Vec::new();
+        let mut labelled = 0;
+
+        while let Some(local) = queue.pop(&mut nodes, first, graph) {
+            if labelled % NODES_BETWEEN_CHECKS == 0 {
+                let next = NODES_BETWEEN_CHECKS.min(nodes.len() - labelled);
+                self.control.report(self.begun.fetch_add(next, Ordering::Relaxed) as f32 / values.len() as f32)?;
+            }
+            labelled += 1;
+            let number = first + local;
+            let node = &mut nodes[local];
+            let start = f64::from(node.start);
+            let label = u8::from(node.current >= 0.5);
+            node.label = label;
+            let error = node.current - f64::from(label);
+
+            let keeps_side = (label == 1) == (start >= 0.5);
+            if error == 0.0 || (parameters.alpha == Alpha::Dynamic && !keeps_side) {
+                continue;
+            }
+            // Every neighbour is written down, and kept or overwritten by the next: with no branch to guess wrong, the processor
+            // fetches all of them at once.
+            let mut count = 0;
+            let (mut sum, mut degree) = (start, 1.0);
+            graph.for_each_neighbor(number, |neighbor, distance| {
+                if count == open.len() {
+                    open.push(Open::default());
+                }
+                let (start, is_open) = match nodes.get(neighbor.wrapping_sub(first)) {
+                    Some(other) => (other.start, other.label == UNLABELLED),
+                    None => (values[neighbor], false),
+                };
+                open[count] = Open { number: neighbor as u32, start, weight: distance };
+                count += usize::from(is_open);
+                sum += f64::from(start);
+                degree += 1.0;
+            });
+            let open = &mut open[..count];
+            if open.is_empty() {
+                continue;
+            }
+            let alpha = match parameters.alpha {
+                Alpha::Constant(alpha) => alpha,
+                Alpha::Tonal => parameters.base * tonal_share(start),
+                Alpha::Dynamic => {
+                    let mean = if parameters.rings == 1 { sum / degree } else { rings.mean(graph, values, number) };
+                    parameters.base + parameters.detail_gain * (start - mean).abs()
+                }
+            };
+            if alpha == 0.0 {
+                continue;
+            }
+            let share = alpha * error / weigh(open, start, parameters);
+            let is_own = own.contains(&number);
+            for other in open {
+                let neighbor = other.number as usize;
+                let given = other.weight * share;
+                let amount = given * areas.map_or(1.0, |areas| area_ratio(areas[number], areas[neighbor]));
+                let node = &mut nodes[neighbor - first];
+                node.current += amount;
+                queue.update(neighbor - first, node);
+                if own.contains(&neighbor) != is_own {
+                    passed.push(if is_own {
+                        Passed { to: other.number, amount }
+                    } else {
+                        Passed { to: number as u32, amount: -given }
+                    });
+                }
+            }
+        }
+        for (label, node) in labels.iter_mut().zip(&nodes[own.start - first..]) {
+            *label = node.label;
+        }
+        Ok(passed)
+    }
 }
 
 /// An unlabelled neighbour of the node that is labelled.
@@ -217,7 +341,7 @@ struct Node {
 impl Node {
     fn new(start: f32) -> Self {
         let current = f64::from(start);
-        Self { current, start, label: UNLABELLED, entered: bucket(priority(current)) }
+        Self { current, start, label: UNLABELLED, entered: NO_BUCKET }
     }
 }
 
@@ -234,7 +358,7 @@ struct Rings {
 }
 
 impl Rings {
-    fn mean(&mut self, graph: &impl Adjacency, nodes: &[Node], center: usize) -> f64 {
+    fn mean(&mut self, graph: &impl Adjacency, values: &[f32], center: usize) -> f64 {
         self.reached.clear();
         self.seen.clear();
         self.reached.push(center);
@@ -250,7 +374,7 @@ impl Rings {
             }
             ring = ring.end..self.reached.len();
         }
-        self.reached.iter().map(|node| f64::from(nodes[*node].start)).sum::<f64>() / self.reached.len() as f64
+        self.reached.iter().map(|node| f64::from(values[*node])).sum::<f64>() / self.reached.len() as f64
     }
 }
 
@@ -264,7 +388,7 @@ const NO_BUCKET: u16 = u16::MAX;
 /// A node with the bits of its priority when it was entered; the largest comes first, ties by index.
 type Entry = (u64, Reverse<u32>);
 
-/// All unlabelled nodes by decreasing `|I - 0.5|`, ties by index: exactly the order of one big heap, at a fraction of its cost.
+/// All unlabelled nodes of a block by decreasing `|I - 0.5|`, ties by index: exactly the order of one big heap, at a fraction of its cost.
 ///
 /// A node stands in the bucket of its priority. Only the highest bucket in use is sorted; what is entered into it or above
 /// later goes to a small heap beside it. A node whose priority rises is entered again at once; one whose priority falls stays
@@ -282,9 +406,10 @@ struct PriorityQueue {
 }
 
 impl PriorityQueue {
-    fn new(nodes: &[Node]) -> Self {
+    fn new(nodes: &mut [Node]) -> Self {
         let mut counts = vec![0u32; BUCKETS];
-        for node in nodes {
+        for node in &mut *nodes {
+            node.entered = bucket(priority(node.current));
             counts[usize::from(node.entered)] += 1;
         }
         let mut buckets: Vec<Vec<u32>> = counts.iter().map(|c| Vec::with_capacity(*c as usize)).collect();
@@ -294,8 +419,8 @@ impl PriorityQueue {
         Self { buckets, lowest: BUCKETS as u16, sorted: Vec::new(), late: BinaryHeap::new(), seen: Vec::new() }
     }
 
-    /// The unlabelled node of the highest priority.
-    fn pop(&mut self, nodes: &mut [Node], graph: &impl Adjacency) -> Option<usize> {
+    /// The unlabelled node of the highest priority, of a block that begins with node `first` of the graph.
+    fn pop(&mut self, nodes: &mut [Node], first: usize, graph: &impl Adjacency) -> Option<usize> {
         loop {
             let next = match (self.sorted.last(), self.late.peek()) {
                 (Some(first), Some(late)) if late > first => self.late.pop(),
@@ -304,7 +429,7 @@ impl PriorityQueue {
             };
             let Some((key, Reverse(number))) = next else {
                 self.refill(nodes)?;
-                self.fetch(nodes, graph);
+                self.fetch(nodes, first, graph);
                 continue;
             };
             let node = &mut nodes[number as usize];
@@ -350,11 +475,11 @@ impl PriorityQueue {
     /// Looks at the neighbours of the nodes that come next, so that they are in the cache by then. Memory is what a diffusion waits
     /// for, since the order of nodes is as good as random; looked at one node after the other, without work in between, many are
     /// fetched at once. What is seen does not matter.
-    fn fetch(&self, nodes: &[Node], graph: &impl Adjacency) {
+    fn fetch(&self, nodes: &[Node], first: usize, graph: &impl Adjacency) {
         let (mut labels, mut reach) = (0, 0.0);
         for (_, Reverse(number)) in &self.sorted {
-            graph.for_each_neighbor(*number as usize, |neighbor, distance| {
-                labels |= nodes[neighbor].label;
+            graph.for_each_neighbor(first + *number as usize, |neighbor, distance| {
+                labels |= nodes.get(neighbor.wrapping_sub(first)).map_or(0, |node| node.label);
                 reach += distance;
             });
         }
@@ -451,6 +576,77 @@ mod tests {
         }
     }
 
+    /// A flat grey with a little noise, which keeps the order of ties from making patterns.
+    fn grey(lattice: &Lattice, value: f32) -> Vec<f32> {
+        (0..lattice.len()).map(|i| value + 0.02 * crate::noise::noise(i as u64)).collect()
+    }
+
+    fn of_order(order: Order) -> Diffusion {
+        Diffusion { alpha: Alpha::Constant(1.0), order, ..Diffusion::of_tone(&Options::default()) }
+    }
+
+    #[test]
+    fn blocks_are_of_a_size_that_depends_on_the_number_of_nodes_alone() {
+        assert_eq!([0, 1, 16_255, 16_256, 1 << 20].map(block_size), [0, 1, 16_255, 8128, 1 << 16]);
+    }
+
+    #[test]
+    fn one_block_is_the_global_order() {
+        let lattice = Lattice::new(LatticeKind::Hexagonal, 120, 130, 1.0).unwrap();
+        let values = grey(&lattice, 0.4);
+        let [one, global] = [Order::Blocks, Order::Global]
+            .map(|order| diffuse(&lattice, &values, None, &of_order(order), &Control::new()).unwrap());
+        assert!(one == global && global.contains(&0) && global.contains(&1));
+        assert!(diffuse(&Graph::default(), &[], None, &of_order(Order::Blocks), &Control::new()).unwrap().is_empty());
+    }
+
+    #[test]
+    fn labels_do_not_depend_on_the_threads() {
+        let lattice = Lattice::new(LatticeKind::Square, 150, 150, 1.0).unwrap();
+        let values = grey(&lattice, 0.4);
+        // Blocks of 11 rows, of parts of rows, and of less than a row, where edges join blocks of one kind.
+        for size in [1650, 1000, 64, 1] {
+            let [one, two, five] = [1, 2, 5].map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let parameters = of_order(Order::Blocks);
+                pool.install(|| diffuse_in_blocks(&lattice, &values, None, &parameters, size, &Control::new()).unwrap())
+            });
+            assert!(one == two && two == five && one.iter().all(|label| *label < UNLABELLED), "{size}");
+        }
+    }
+
+    #[test]
+    fn seams_between_blocks_do_not_show_in_a_flat_grey() {
+        let lattice = Lattice::new(LatticeKind::Hexagonal, 200, 400, 1.0).unwrap();
+        let values = grey(&lattice, 0.3);
+        let columns = lattice.nodes_in_two_rows() / 2;
+        let labels = diffuse_in_blocks(&lattice, &values, None, &of_order(Order::Blocks), 20 * columns, &Control::new()).unwrap();
+        let global = diffuse(&lattice, &values, None, &of_order(Order::Global), &Control::new()).unwrap();
+        let sum = |labels: &[u8]| labels.iter().map(|label| f64::from(*label)).sum::<f64>();
+        let wanted: f64 = values.iter().map(|value| f64::from(*value)).sum();
+        let misses = [sum(&labels), sum(&global)].map(|white| (white - wanted).abs());
+        assert!(misses[0] < misses[1] + 0.002 * wanted, "{misses:?} of {wanted}");
+        let rows: Vec<f64> = labels.chunks_exact(columns).map(|row| sum(row) / columns as f64).collect();
+        let mean = sum(&labels) / labels.len() as f64;
+        // The rows at this distance from a seam, all seams together; labels drawn at random would scatter by 0.0075.
+        let seams = rows.len() / 20 - 1;
+        for distance in 0..8 {
+            let at_seams = (1..=seams).map(|block| rows[20 * block + distance - 4]).sum::<f64>() / seams as f64;
+            assert!((at_seams - mean).abs() < 0.02, "{distance}: {at_seams}, {mean}");
+        }
+    }
+
+    #[test]
+    fn a_cancelled_diffusion_ends() {
+        let lattice = Lattice::new(LatticeKind::Square, 200, 200, 1.0).unwrap();
+        let control = Control::new();
+        control.cancel();
+        for order in [Order::Blocks, Order::Global] {
+            let ended = diffuse(&lattice, &grey(&lattice, 0.3), None, &of_order(order), &control);
+            assert!(matches!(ended, Err(Error::Cancelled)));
+        }
+    }
+
     #[test]
     fn tonal_alpha_is_highest_in_dark_middle_tones_and_nothing_at_black_and_white() {
         assert_eq!([0.0, 1.0, -0.5, 1.5].map(tonal_share), [0.0; 4]);
@@ -486,8 +682,7 @@ mod tests {
     #[test]
     fn more_rings_reach_further() {
         let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[[0, 1], [1, 2]]).unwrap();
-        let nodes = [0.0, 0.5, 1.0].map(Node::new);
-        let mean = |radius| Rings { radius, ..Rings::default() }.mean(&graph, &nodes, 0);
+        let mean = |radius| Rings { radius, ..Rings::default() }.mean(&graph, &[0.0, 0.5, 1.0], 0);
         assert_eq!([mean(1), mean(2)], [0.25, 0.5]);
     }
 }

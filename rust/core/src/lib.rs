@@ -45,6 +45,6 @@ pub use control::Control;
 pub use drawing::Drawing;
 pub use error::{Error, Result};
 pub use field::Field;
-pub use params::{Alpha, Carry, Crossings, LatticeKind, Options};
+pub use params::{Alpha, Carry, Crossings, LatticeKind, Options, Order};
 pub use pipeline::{Outcome, draw};
 pub use session::Session;

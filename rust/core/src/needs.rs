@@ -48,6 +48,7 @@ impl Needs {
             rings,
             importance_alpha,
             alpha,
+            order,
             carry,
             tone_tolerance,
             split,
@@ -85,7 +86,7 @@ impl Needs {
             // The map alone: by these three it takes nothing from the photo, whatever the tone.
             Options { detail: 0.0, floor: 0.0, midtones: 0.0, ..Options::default() }
         };
-        let kept = Options { lattice, importance_alpha, k1, k2, ..of_budget(importance.clone()) };
+        let kept = Options { lattice, importance_alpha, order, k1, k2, ..of_budget(importance.clone()) };
         let first_graph = of_alpha(importance_alpha, kept);
         let second_graph = Options { relax, ..first_graph.clone() };
         let cells = of_emphasis(second_graph.clone());
@@ -109,10 +110,10 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::field::Field;
-    use crate::params::{Carry, Crossings, LatticeKind};
+    use crate::params::{Carry, Crossings, LatticeKind, Order};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
-    pub(crate) const CHANGES: [fn(&mut Options); 34] = [
+    pub(crate) const CHANGES: [fn(&mut Options); 35] = [
         |o| o.lattice = LatticeKind::Square,
         |o| o.density = Some(0.7),
         |o| o.nodes = Some(300),
@@ -129,6 +130,7 @@ pub(crate) mod tests {
         |o| o.rings = 2,
         |o| o.importance_alpha = Alpha::Tonal,
         |o| o.alpha = Alpha::Constant(0.8),
+        |o| o.order = Order::Global,
         |o| o.carry = Carry::Value,
         |o| o.tone_tolerance = None,
         |o| o.split = 0,

@@ -64,6 +64,16 @@ impl From<Alpha> for AlphaForm {
     }
 }
 
+/// In which order nodes are labelled when errors are diffused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Order {
+    /// The paper's: one order by priority over all nodes.
+    Global,
+    /// Each block of rows in an order of its own, many blocks at a time: see [`crate::diffusion`].
+    Blocks,
+}
+
 /// What of a node's error its neighbours receive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -92,7 +102,7 @@ pub struct Options {
     pub lattice: LatticeKind,
     /// Lattice nodes per pixel, in (0, 16]. `None`: as fine as the node budget needs, and no finer.
     pub density: Option<f64>,
-    /// Node budget: how many nodes to keep, at least 3 (within 2 %). At most one of `nodes` and `nodes_per_pixel`.
+    /// Node budget: how many nodes to keep, at least 3 (within 1 %). At most one of `nodes` and `nodes_per_pixel`.
     pub nodes: Option<u64>,
     /// Node budget per pixel, in (0, 16].
     pub nodes_per_pixel: Option<f64>,
@@ -121,6 +131,8 @@ pub struct Options {
     pub importance_alpha: Alpha,
     /// Alpha of the second diffusion (tone on the Delaunay graph).
     pub alpha: Alpha,
+    /// The order of nodes in both diffusions.
+    pub order: Order,
     /// What is passed on when the tone is diffused.
     pub carry: Carry,
     /// How far the mean of the drawing may be from that of the tone, in [0, 1], before the tones of the nodes are bent towards it (see
@@ -178,11 +190,12 @@ impl Default for Options {
             relax: 1,
             k1: 1.0,
             k2: 0.1,
-            base: 0.25,
+            base: 0.245,
             detail_gain: 6.0,
             rings: 1,
             importance_alpha: Alpha::Constant(1.0),
             alpha: Alpha::Tonal,
+            order: Order::Blocks,
             carry: Carry::Area,
             tone_tolerance: Some(0.02),
             split: 4,
@@ -239,6 +252,7 @@ impl Options {
             base: 0.5,
             importance_alpha: Alpha::Dynamic,
             alpha: Alpha::Dynamic,
+            order: Order::Global,
             carry: Carry::Value,
             tone_tolerance: None,
             split: 0,

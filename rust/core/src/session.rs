@@ -204,8 +204,9 @@ mod tests {
             let mut options = busy();
             change(&mut options);
             let made = redrawn(&mut session, &options);
-            // All but these two show: an option that reached its stage too late, or not at all, would not.
-            let shows = options.threads.is_none() && options.background == busy().background;
+            // All but these show (so small a photo is one block in either order): an option that reached its stage too late, or not
+            // at all, would not.
+            let shows = options.threads.is_none() && options.background == busy().background && options.order == busy().order;
             let differs = made.drawing.curves != first.drawing.curves || made.drawing.stipples != first.drawing.stipples;
             assert_eq!(differs, shows, "{options:?}");
             assert_equal(made, fresh(&session, &options).unwrap());
