@@ -163,6 +163,17 @@ def blocks(count: int, order: str) -> list[range]:
     return [range(first, min(first + size, count)) for first in range(0, count, size)]
 
 
+def passed_on(alpha: str | float, tuning: tuple[float, float], start: float, mean: float, label: int) -> float:
+    """Return the share of its error that a node passes on; `tuning` is base and detail gain."""
+    base, detail_gain = tuning
+    if alpha == "tonal":
+        tone = min(max(start, 0.0), 1.0)
+        return base * tone**1.5 * (1 - tone) ** 2 / ((3 / 7) ** 1.5 * (4 / 7) ** 2)
+    if alpha == "dynamic":
+        return base + detail_gain * abs(start - mean) if label == int(start >= 0.5) else 0.0
+    return float(alpha)
+
+
 def diffuse(
     sites: ArrayLike,
     edges: ArrayLike,
@@ -197,10 +208,8 @@ def diffuse(
         tried = range(max(own.start - margin, 0), min(own.stop + margin, len(start))) if is_even else own
         for i in tried:
             current[i] = start[i]
-        if not is_even:
-            for i, change in changes:
-                if i in own:
-                    current[i] += change
+        for i, change in changes if not is_even else []:
+            current[i] += change if i in own else 0.0
         heap = [(priority(i), i) for i in tried]
         heapq.heapify(heap)
         while heap:
@@ -212,14 +221,7 @@ def diffuse(
             open_ones = [j for j in neighbours[i] if labels[j] is None and j in tried]
             if not open_ones:
                 continue
-            if alpha == "tonal":
-                tone = min(max(start[i], 0.0), 1.0)
-                share = base * tone**1.5 * (1 - tone) ** 2 / ((3 / 7) ** 1.5 * (4 / 7) ** 2)
-            elif alpha == "dynamic":
-                same_side = label == int(start[i] >= 0.5)
-                share = base + detail_gain * abs(start[i] - means[i]) if same_side else 0.0
-            else:
-                share = float(alpha)
+            share = passed_on(alpha, (base, detail_gain), start[i], means[i], label)
             exponents = [(k1 * abs(start[i] - start[j]) + k2 * math.dist(points[i], points[j])) ** 2 for j in open_ones]
             least = min(exponents)
             weights = [math.exp(least - e) for e in exponents]
