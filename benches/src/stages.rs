@@ -155,7 +155,6 @@ impl Prepared {
             Stage::new("importance", Parallel, move || importance.mixed(luma, emphasized, budget.spacing, options)),
             Stage::new("lattice_means", Parallel, move || lattice_means(lattice, &outcome.importance, samples, control)),
             Stage::new("first_diffusion", Parallel, move || diffuse(lattice, &self.values, None, &first_phase, control)),
-            // Two factors are tried at a time, but when the first of both is met, one would have been enough.
             Stage::new("node_budget", Mixed, move || first_graph(&outcome.importance, options, control)),
             Stage::with_input(
                 "relaxation",
