@@ -33,7 +33,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::graph::Adjacency;
+use crate::graph::{Adjacency, check_one_a_node};
 use crate::params::{Alpha, Options, Order};
 
 /// The parameters of one diffusion; ranges as in [`Options`].
@@ -107,20 +107,12 @@ pub fn diffuse(
 }
 
 fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
-    if values.len() != graph.len() {
-        return Err(Error::Input(format!("there are {} values for {} nodes, but every node needs one", values.len(), graph.len())));
-    }
+    check_one_a_node("values", values.len(), graph.len())?;
     if let Some(i) = values.iter().position(|v| !v.is_finite()) {
         return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
     }
     if let Some(areas) = areas {
-        if areas.len() != graph.len() {
-            return Err(Error::Input(format!(
-                "there are {} areas for {} nodes, but every node needs one",
-                areas.len(),
-                graph.len()
-            )));
-        }
+        check_one_a_node("areas", areas.len(), graph.len())?;
         if let Some(i) = areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {
             return Err(Error::Input(format!("the area of node {i} is {}, but it must be at least 0 px^2", areas[i])));
         }

@@ -92,6 +92,24 @@ impl Graph {
     }
 }
 
+/// # Errors
+/// [`Error::Input`] unless there is one of what is `found` for every node.
+pub(crate) fn check_one_a_node(what: &str, found: usize, nodes: usize) -> Result<()> {
+    if found == nodes {
+        return Ok(());
+    }
+    Err(Error::Input(format!("there are {found} {what} for {nodes} nodes, but every node needs one")))
+}
+
+/// # Errors
+/// [`Error::Input`] for a label that is neither 0 nor 1.
+pub(crate) fn check_labels(labels: &[u8]) -> Result<()> {
+    match labels.iter().position(|label| *label > 1) {
+        None => Ok(()),
+        Some(i) => Err(Error::Input(format!("the label of node {i} is {}, but it must be 0 (black) or 1 (white)", labels[i]))),
+    }
+}
+
 /// Turns lengths of rows, each one place late, into the starts of the rows.
 pub(crate) fn cumulate(offsets: &mut [u32]) {
     for i in 1..offsets.len() {

@@ -27,6 +27,7 @@ use crate::control::Control;
 use crate::drawing::{Drawing, Frame, Ink, POLYGON_REACH, Stipple};
 use crate::error::{Error, Result};
 use crate::fit::{CrossingEdge, FINER_GRIDS, Fit};
+use crate::graph::{check_labels, check_one_a_node};
 use crate::irregular::{Room, irregular};
 use crate::least_radius::distance_to_segment;
 use crate::noise::mixed;
@@ -134,13 +135,9 @@ pub fn outline(
         ("cell areas", cell_areas.len()),
         ("tones", tones.map_or(count, <[f32]>::len)),
     ] {
-        if length != count {
-            return Err(Error::Input(format!("there are {length} {what} for {count} nodes, but every node needs one")));
-        }
+        check_one_a_node(what, length, count)?;
     }
-    if let Some(i) = labels.iter().position(|label| *label > 1) {
-        return Err(Error::Input(format!("the label of node {i} is {}, but it must be 0 (black) or 1 (white)", labels[i])));
-    }
+    check_labels(labels)?;
     if let Some(i) = cell_areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {
         return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
     }

@@ -6,8 +6,8 @@
 //! tone. What the photo asks for stays too: no node is moved whose tone lies on the side of 0.5 that its label is on.
 
 use crate::components::components;
-use crate::error::{Error, Result};
-use crate::graph::Graph;
+use crate::error::Result;
+use crate::graph::{Graph, check_labels, check_one_a_node};
 
 /// Takes apart the components of 2 to `most` nodes that diffusion alone made, where there is room for all their dots.
 ///
@@ -18,14 +18,9 @@ use crate::graph::Graph;
 /// [`Error::Input`] if there is not one tone and one label, 0 or 1, a node.
 pub fn split(graph: &Graph, tones: &[f32], labels: &mut [u8], most: u32) -> Result<()> {
     let count = graph.sites.len();
-    for (what, length) in [("tones", tones.len()), ("labels", labels.len())] {
-        if length != count {
-            return Err(Error::Input(format!("there are {length} {what} for {count} nodes, but every node needs one")));
-        }
-    }
-    if let Some(i) = labels.iter().position(|label| *label > 1) {
-        return Err(Error::Input(format!("the label of node {i} is {}, but it must be 0 (black) or 1 (white)", labels[i])));
-    }
+    check_one_a_node("tones", tones.len(), count)?;
+    check_one_a_node("labels", labels.len(), count)?;
+    check_labels(labels)?;
     if most < 2 {
         return Ok(());
     }

@@ -187,6 +187,11 @@ pub(crate) fn diffuse<'py>(
     Ok(labels.into_pyarray(py))
 }
 
+/// The graph of these edges, for stages that ask who is connected, not where: any positions will do.
+fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::error::Result<Graph> {
+    Graph::from_edges(vec![[0.0; 2]; nodes], edges)
+}
+
 /// The labels with dots taken apart that fused by chance.
 #[pyfunction]
 pub(crate) fn split<'py>(
@@ -198,8 +203,7 @@ pub(crate) fn split<'py>(
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
     let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
     let labels = watch::run_core(py, move |_| {
-        // As for components, any positions will do.
-        let graph = Graph::from_edges(vec![[0.0; 2]; labels.len()], &edges)?;
+        let graph = graph_anywhere(labels.len(), &edges)?;
         core_split::split(&graph, &tones, &mut labels, most)?;
         Ok(labels)
     })?;
@@ -215,8 +219,7 @@ pub(crate) fn components<'py>(
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let (edges, labels) = (arrays::pairs("edges", &edges)?, arrays::values(&labels));
     let ids = watch::run_core(py, move |_| {
-        // Components ask who is connected, not where: any positions will do.
-        let graph = Graph::from_edges(vec![[0.0; 2]; labels.len()], &edges)?;
+        let graph = graph_anywhere(labels.len(), &edges)?;
         Ok(core_components::components(&graph, &labels).ids)
     })?;
     Ok(ids.into_pyarray(py))
