@@ -296,6 +296,45 @@ def components(edges: ArrayLike, labels: ArrayLike) -> Integers:
     return rank[inverse]
 
 
+def refine(
+    edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, areas: ArrayLike, parameters: dict[str, float], mean: float | None
+) -> tuple[Integers, float]:
+    """Ask every node again whether it is white, in the order of their numbers: one block."""
+    labels, areas = np.array(labels, np.int64), np.asarray(areas, np.float64)
+    tones = np.asarray(tones, np.float32).astype(np.float64)
+    near: list[list[int]] = [[] for _ in labels]
+    for i, j in np.asarray(edges, dtype=np.int64).reshape(-1, 2).tolist():
+        near[i].append(j)
+        near[j].append(i)
+    shift, gain, last = 0.0, 1.5, 0.0
+    for _ in range(int(parameters["sweeps"])):
+        changed = 0
+        for node, others in enumerate(near):
+            if others and (labels[others] != labels[node]).all():
+                continue
+            lack = np.mean(tones[others] - labels[others]) if others else 0.0
+            company = np.mean(labels[others] - 0.5) if others else 0.0
+            wish = parameters["crispness"] * (tones[node] - 0.5) + lack + parameters["cohesion"] * company
+            wish += shift * (1 + 0.2 * noise(node))
+            changed += int((wish > 0) != (labels[node] == 1))
+            labels[node] = wish > 0
+        off = 0.0 if mean is None else areas @ labels / areas.sum() - mean
+        over = off - np.clip(off, -parameters["tolerance"], parameters["tolerance"])
+        if over == 0 and changed <= len(labels) / 1000:
+            break
+        gain /= 2 if over * last < 0 else 1
+        shift, last = shift - gain * over, over
+    return labels, float(shift)
+
+
+def noise(number: int) -> float:
+    """Scale what SplitMix64 makes of a number to [-1, 1), by its highest 24 bits."""
+    z = (number + 1) * 0x9E3779B97F4A7C15 % 2**64
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
+    z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
+    return float((z ^ z >> 31) >> 40) / 2**23 - 1
+
+
 def split(edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, most: int) -> Integers:
     """Take apart dots that fused by chance, with sets."""
     before, labels = np.asarray(labels).astype(np.int64), np.array(labels, np.int64)

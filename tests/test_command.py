@@ -120,11 +120,15 @@ def test_importance_by_name(command, photos, tmp_path, importance):
             {"detail": 0.5, "floor": 0.3, "midtones": 0.2, "sharpen": 1, "local_contrast": 2, "fineness": 0.5},
         ),
         (
+            ["--refine", 3, "--crispness", 1.5, "--cohesion", 0.5, "--split", 2],
+            {"refine": 3, "crispness": 1.5, "cohesion": 0.5, "split": 2},
+        ),
+        (
             ["--tone-tolerance", "off", "--carry", "value", "--crossings", "midpoint", "--order", "global"],
             {"tone_tolerance": None, "carry": "value", "crossings": "midpoint", "order": "global"},
         ),
     ],
-    ids=["diffusion", "tone", "radii", "irregular dots", "alphas and outlines", "budget", "detail", "ours off"],
+    ids=["diffusion", "tone", "radii", "irregular dots", "alphas and outlines", "budget", "detail", "refinement", "ours off"],
 )
 def test_every_option_means_the_same(command, photos, tmp_path, arguments, options):
     done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", *arguments)

@@ -9,10 +9,10 @@ use graphstipple_core::diffusion::{Diffusion, diffuse};
 use graphstipple_core::emphasis::emphasize;
 use graphstipple_core::error::Result;
 use graphstipple_core::export::Export;
-use graphstipple_core::mean_tone::diffuse_to_mean;
 use graphstipple_core::outline::{Nodes, Shaping, outline};
 use graphstipple_core::pipeline::{FirstGraph, draw, first_graph, kept_sites};
 use graphstipple_core::raster::rasterize;
+use graphstipple_core::refine::{Refinement, refine};
 use graphstipple_core::saliency::fine_grained;
 use graphstipple_core::svg::to_svg;
 use graphstipple_core::triangulation::{Triangulation, triangulate};
@@ -88,6 +88,8 @@ pub struct Prepared {
     /// The tone with its details raised, and its means over the cells of the sites.
     emphasized: Field,
     means: Vec<f32>,
+    /// Labels before their refinement.
+    diffused: Vec<u8>,
     areas: Vec<f64>,
     /// What the first diffusion labels.
     values: Vec<f32>,
@@ -119,7 +121,23 @@ impl Prepared {
         let found = cells(sites, width, height, samples, Some(&emphasized), &control)?;
         let bytes = photo.luma.values().iter().map(|value| (255.0 * value + 0.5) as u8).collect();
         let (means, areas) = (found.means, found.areas);
-        Ok(Self { photo, options, control, outcome, first, triangulation, kept, points, emphasized, means, areas, values, bytes })
+        let diffused = diffuse(&*triangulation.graph, &means, Some(&areas), &Diffusion::of_tone(&options), &control)?;
+        Ok(Self {
+            photo,
+            options,
+            control,
+            outcome,
+            first,
+            triangulation,
+            kept,
+            points,
+            emphasized,
+            means,
+            diffused,
+            areas,
+            values,
+            bytes,
+        })
     }
 
     /// One line that says what is measured.
@@ -144,11 +162,11 @@ impl Prepared {
         let budget = options.budget((width * height) as f64);
         let samples = samples_per_pixel(budget.density);
         let (outcome, lattice, graph) = (&self.outcome, &self.first.lattice, &*self.triangulation.graph);
-        let (sites, emphasized, areas, labels) = (&outcome.graph.sites, &self.emphasized, &self.areas, &outcome.toned.labels);
+        let (sites, emphasized, areas, labels) = (&outcome.graph.sites, &self.emphasized, &self.areas, &outcome.labels.labels);
         let (first_phase, second_phase) = (Diffusion::of_importance(options), Diffusion::of_tone(options));
-        let wanted = options.tone_tolerance.map(|tolerance| (luma.mean(), tolerance));
+        let refinement = Refinement::of(options, luma.mean());
         let shaping = Shaping::of(options);
-        let nodes = move || Nodes { labels, areas, tones: Some(&outcome.toned.tones) };
+        let nodes = move || Nodes { labels, areas, tones: Some(&self.means) };
         vec![
             Stage::new("saliency", Parallel, move || fine_grained(&self.bytes, width, height)),
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),
@@ -165,12 +183,13 @@ impl Prepared {
             Stage::with_input("triangulation", Mixed, || sites.clone(), move |sites| triangulate(sites, width, height, control)),
             Stage::with_input("spade_bulk_load", Serial, || self.points.clone(), DelaunayTriangulation::<Point2<f64>>::bulk_load),
             Stage::new("cells_with_tone", Parallel, move || cells(sites, width, height, samples, Some(luma), control)),
-            Stage::new("second_diffusion", Parallel, move || {
-                diffuse(graph, &outcome.toned.tones, Some(areas), &second_phase, control)
-            }),
-            Stage::new("diffusion_to_mean", Parallel, move || {
-                diffuse_to_mean(graph, &self.means, areas, options.carry, wanted, &second_phase, control)
-            }),
+            Stage::new("second_diffusion", Parallel, move || diffuse(graph, &self.means, Some(areas), &second_phase, control)),
+            Stage::with_input(
+                "refinement",
+                Parallel,
+                || self.diffused.clone(),
+                move |mut labels| refine(graph, &self.means, areas, &mut labels, &refinement, control),
+            ),
             Stage::new("components_and_outlines", Mixed, move || {
                 let components = components(graph, labels);
                 outline(&self.triangulation, nodes(), &components, (width, height), shaping, control)

@@ -10,7 +10,6 @@ __all__ = [
     "__version__",
     "adjust",
     "background",
-    "bend",
     "cells",
     "cli",
     "components",
@@ -30,6 +29,7 @@ __all__ = [
     "preset_options",
     "presets",
     "read_luma",
+    "refine",
     "relax",
     "saliency",
     "samples_per_pixel",
@@ -109,7 +109,6 @@ def emphasize(tone: npt.NDArray[np.float32], options_json: str) -> npt.NDArray[n
 def mixed_importance(
     tone: npt.NDArray[np.float32], given: npt.NDArray[np.float32], is_factor: bool, options_json: str
 ) -> npt.NDArray[np.float32]: ...
-def bend(tones: npt.NDArray[np.float32], amount: float) -> npt.NDArray[np.float32]: ...
 def lattice_labels(
     importance: npt.NDArray[np.float32], options_json: str
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8], float]: ...
@@ -129,6 +128,14 @@ def diffuse(
     areas: npt.NDArray[np.float64] | None,
     options_json: str,
 ) -> npt.NDArray[np.uint8]: ...
+def refine(
+    edges: npt.NDArray[np.uint32],
+    tones: npt.NDArray[np.float32],
+    labels: npt.NDArray[np.uint8],
+    areas: npt.NDArray[np.float64],
+    mean: float | None,
+    options_json: str,
+) -> tuple[npt.NDArray[np.uint8], float]: ...
 def split(
     edges: npt.NDArray[np.uint32], tones: npt.NDArray[np.float32], labels: npt.NDArray[np.uint8], most: int
 ) -> npt.NDArray[np.uint8]: ...

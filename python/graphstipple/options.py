@@ -58,9 +58,14 @@ class Options:
         nodes (the paper's).
     carry : {"area", "value"}
         What is passed on when the tone is diffused: the error times the area of the node's cell, or the error's value.
+    refine : int
+        Sweeps that refine the labels, at most, 0 to 100; 0 leaves them as the diffusion gave them, whatever their mean.
+    crispness : float
+        Weight of a node's own tone in the refinement, 0 to 100: more makes crisper shapes, less keeps the tone of small parts.
+    cohesion : float
+        Weight of the neighbours' labels in the refinement, 0 to 100: more makes larger shapes with smoother boundaries.
     tone_tolerance : float, optional
-        How far the drawing's mean may be from the tone's before the nodes' tones are bent towards it, 0 to 1; None leaves it as
-        it comes.
+        How far the drawing's mean may be from the tone's before the refinement moves it there, 0 to 1; None leaves it as it comes.
     split : int
         Dots that fused by chance, up to this many nodes together, are taken apart where there is room, 0 to 12; below 2 none are.
     crossings : {"tone", "midpoint"}
@@ -107,19 +112,22 @@ class Options:
     nodes_per_pixel: float | None = None
     fineness: float = 1.0
     detail: float = 0.95
-    floor: float = 0.1
+    floor: float = 0.07
     midtones: float = 0.7
     relax: int = 1
     k1: float = 1.0
     k2: float = 0.1
-    base: float = 0.245
+    base: float = 0.15
     detail_gain: float = 6.0
     rings: int = 1
     importance_alpha: Literal["tonal", "dynamic"] | float = 1.0
     alpha: Literal["tonal", "dynamic"] | float = "tonal"
     order: Literal["blocks", "global"] = "blocks"
     carry: Literal["area", "value"] = "area"
-    tone_tolerance: float | None = 0.02
+    refine: int = 12
+    crispness: float = 1.9
+    cohesion: float = 0.2
+    tone_tolerance: float | None = 0.015
     split: int = 4
     crossings: Literal["tone", "midpoint"] = "tone"
     sharpen: float = 2.5

@@ -1,7 +1,7 @@
 """The stages of the method, each callable alone on arrays.
 
 In the order of the pipeline: `tone`, `emphasize`, `importance`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and
-node budget in one), `relax`, `triangulate`, `cells`, `bend`, `diffuse`, `split`, `components`, `outline`. They are the functions
+node budget in one), `relax`, `triangulate`, `cells`, `diffuse`, `refine`, `split`, `components`, `outline`. They are the functions
 that `graphstipple.draw` runs.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
@@ -27,7 +27,7 @@ __all__ = [
     "Lattice",
     "LatticeLabels",
     "Outline",
-    "bend",
+    "Refined",
     "cells",
     "components",
     "diffuse",
@@ -37,6 +37,7 @@ __all__ = [
     "lattice_labels",
     "outline",
     "owners",
+    "refine",
     "relax",
     "samples_per_pixel",
     "split",
@@ -76,6 +77,15 @@ class Cells(NamedTuple):
     """Mean of the field over the samples, (n,); its bilinear value at a site that owns none; empty without a field."""
     counts: npt.NDArray[np.uint32]
     """Number of samples, (n,)."""
+
+
+class Refined(NamedTuple):
+    """Labels refined."""
+
+    labels: npt.NDArray[np.uint8]
+    """0 black, 1 white, (n,)."""
+    shift: float
+    """What was added for white so that they have their mean; a drawing's is ``stats["tone_shift"]``."""
 
 
 class Outline(NamedTuple):
@@ -149,30 +159,6 @@ def importance(
     ndarray of float32, (height, width)
     """
     return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._json())
-
-
-def bend(tones: npt.ArrayLike, amount: float) -> npt.NDArray[np.float32]:
-    """Return tones made lighter (above 0) or darker, black and white unchanged: how a drawing gets the photo's mean.
-
-    Parameters
-    ----------
-    tones : array_like, (n,)
-        In [0, 1].
-    amount : float
-        Above -0.5 and below 0.5; ``drawing.stats["tone_bend"]`` is what a drawing was made with.
-
-    Returns
-    -------
-    ndarray of float32, (n,)
-
-    Raises
-    ------
-    InvalidInputError
-        If the amount lies outside its range.
-    """
-    if not -0.5 < amount < 0.5:
-        raise InvalidInputError(f"amount is {amount}, but it must be above -0.5 and below 0.5")
-    return _core.bend(_array("tones", tones, np.float32, 1), amount)
 
 
 def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
@@ -320,7 +306,7 @@ def diffuse(
     alpha: Literal["tonal", "dynamic"] | float = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.245,
+    base: float = 0.15,
     detail_gain: float = 6.0,
     rings: int = 1,
     order: Literal["blocks", "global"] = "blocks",
@@ -349,6 +335,47 @@ def diffuse(
     starting = _array("values", values, np.float32, 1)
     cell_areas = None if areas is None else _array("areas", areas, np.float64, 1)
     return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._json())
+
+
+def refine(
+    edges: npt.ArrayLike,
+    tones: npt.ArrayLike,
+    labels: npt.ArrayLike,
+    *,
+    areas: npt.ArrayLike | None = None,
+    sweeps: int = 12,
+    crispness: float = 1.9,
+    cohesion: float = 0.2,
+    mean: float | None = None,
+    tone_tolerance: float | None = 0.015,
+) -> Refined:
+    """Return labels that follow the tones of nodes and their neighbours (docs/method.md).
+
+    Parameters
+    ----------
+    edges : array_like, (m, 2)
+        Every edge once.
+    tones : array_like, (n,)
+        Tone of every node, as diffused.
+    labels : array_like, (n,)
+        0 black, 1 white: what the diffusion gave.
+    areas : array_like, (n,), optional
+        Cell area of every node in px^2, for the mean; without, all are alike.
+    sweeps, crispness, cohesion, tone_tolerance
+        As `Options.refine`, `crispness`, `cohesion` and `tone_tolerance`. Nodes are asked in blocks of consecutive numbers.
+    mean : float, optional
+        What the mean label should be, by area, 0 to 1; by default as it comes.
+
+    Returns
+    -------
+    Refined
+        The labels and the shift that gave them their mean.
+    """
+    options = Options(refine=sweeps, crispness=crispness, cohesion=cohesion, tone_tolerance=tone_tolerance)
+    values = _array("tones", tones, np.float32, 1)
+    cell_areas = np.ones(len(values)) if areas is None else _array("areas", areas, np.float64, 1)
+    refined = _core.refine(_edges(edges), values, _array("labels", labels, np.uint8, 1), cell_areas, mean, options._json())
+    return Refined(*refined)
 
 
 def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, most: int = 4) -> npt.NDArray[np.uint8]:

@@ -16,6 +16,7 @@ the node budget among them, as in the defaults:
 - tonal alpha: `alpha`, `base`;
 - nodes labelled in blocks: `order`;
 - error carried by area: `carry`;
+- labels refined: `refine`;
 - correction of the mean tone: `tone_tolerance`;
 - fused dots split: `split`;
 - crossings by tone: `crossings`;
@@ -78,6 +79,7 @@ _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-tonal-alpha", "dynamic alpha", {"alpha": "dynamic", "base": 0.5}),
     ("global-order", "one order for all nodes", {"order": "global"}),
     ("no-area", "error carried by value", {"carry": "value"}),
+    ("unrefined", "labels as diffused", {"refine": 0}),
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
     ("fused-dots", "fused dots left", {"split": 0}),
     ("midpoint-crossings", "crossings at midpoints", {"crossings": "midpoint"}),

@@ -119,7 +119,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
     detail: Option<f64>,
 
-    /// Least importance, so that no part is left without nodes, 0 to 1; default 0.1
+    /// Least importance, so that no part is left without nodes, 0 to 1; default 0.07
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
     floor: Option<f64>,
 
@@ -139,7 +139,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     k2: Option<f64>,
 
-    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.245
+    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail, 0 to 1; default 0.15
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Diffusion")]
     base: Option<f64>,
 
@@ -169,12 +169,24 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "KIND", value_parser = parse_carry, help_heading = "Diffusion")]
     carry: Option<Carry>,
 
+    /// Sweeps that refine the labels, at most, 0 to 100: 0 leaves them as the diffusion gave them, whatever their mean; default 12
+    #[arg(long, value_name = "SWEEPS", allow_negative_numbers = true, help_heading = "Refinement")]
+    refine: Option<u32>,
+
+    /// Weight of a node's own tone: more makes crisper shapes, less keeps the tone of small parts, 0 to 100; default 1.9
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Refinement")]
+    crispness: Option<f64>,
+
+    /// Weight of the neighbours' labels: more makes larger shapes with smoother boundaries, 0 to 100; default 0.2
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, help_heading = "Refinement")]
+    cohesion: Option<f64>,
+
     /// Take apart dots that fused by chance, up to so many together, where there is room, 0 to 12; default 4
-    #[arg(long, value_name = "NODES", allow_negative_numbers = true, help_heading = "Diffusion")]
+    #[arg(long, value_name = "NODES", allow_negative_numbers = true, help_heading = "Refinement")]
     split: Option<u32>,
 
-    /// How far the drawing's mean may be from the tone's before tones are bent towards it, 0 to 1; off: as it comes; default 0.02
-    #[arg(long, value_name = "NUMBER", value_parser = parse_tone_tolerance, allow_negative_numbers = true, help_heading = "Tone")]
+    /// How far the drawing's mean may be from the tone's before the refinement moves it there, 0 to 1; off: as it comes; default 0.015
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tone_tolerance, allow_negative_numbers = true, help_heading = "Refinement")]
     tone_tolerance: Option<MaybeNumber>,
 
     /// Emphasis of details as fine as the nodes, 0 to 100; default 2.5
@@ -355,6 +367,9 @@ impl Arguments {
         set(&mut options.order, self.order);
         set(&mut options.carry, self.carry);
         set(&mut options.tone_tolerance, self.tone_tolerance.map(|MaybeNumber(number)| number));
+        set(&mut options.refine, self.refine);
+        set(&mut options.crispness, self.crispness);
+        set(&mut options.cohesion, self.cohesion);
         set(&mut options.split, self.split);
         set(&mut options.crossings, self.crossings);
         set(&mut options.sharpen, self.sharpen);
@@ -516,7 +531,7 @@ mod tests {
     fn every_option_arrives() {
         let all = "--lattice square --density 1.5 --nodes 60000 --fineness 2 --detail 0.7 --floor 0.1 --midtones 0.5 --relax 2 \
                    --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --alpha 1 --order global \
-                   --carry value --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
+                   --carry value --refine 5 --crispness 3 --cohesion 0.5 --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
                    --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.5 --linear --gamma 1.1 --contrast 1.2 --invert \
                    --threads 2 --background #0aF01b";
         let expected = Options {
@@ -539,6 +554,9 @@ mod tests {
             order: Order::Global,
             carry: Carry::Value,
             tone_tolerance: None,
+            refine: 5,
+            crispness: 3.0,
+            cohesion: 0.5,
             split: 3,
             crossings: Crossings::Midpoint,
             sharpen: 3.0,

@@ -106,7 +106,9 @@ pub fn diffuse(
     diffuse_in_blocks(graph, values, areas, parameters, size, control)
 }
 
-fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
+/// # Errors
+/// [`Error::Input`] if there is not one finite value, and one area of at least 0, a node.
+pub(crate) fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
     check_one_a_node("values", values.len(), graph.len())?;
     if let Some(i) = values.iter().position(|v| !v.is_finite()) {
         return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
@@ -131,7 +133,7 @@ const MARGINS_IN_BLOCK: usize = 16;
 
 /// How many nodes a block has where there are `count`, but for the last, which may have fewer. It depends on nothing else, or
 /// drawings would.
-fn block_size(count: usize) -> usize {
+pub(crate) fn block_size(count: usize) -> usize {
     let least = LEAST_BLOCK.max(ROWS_IN_BLOCK * count.isqrt());
     count.div_ceil((count / least).max(1))
 }

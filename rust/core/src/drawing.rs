@@ -163,8 +163,8 @@ pub struct Stats {
     pub node_budget: Option<usize>,
     /// The factor on the importance that meets the budget; 1 without one.
     pub importance_factor: f64,
-    /// By how much the tones of the nodes were bent to give the drawing the photo's mean: see [`crate::mean_tone::bend`].
-    pub tone_bend: f64,
+    /// What the refinement of the labels adds for white, so that the drawing has the photo's mean: see [`crate::refine`].
+    pub tone_shift: f64,
     /// Nodes of the second graph.
     pub nodes: usize,
     /// Components drawn as dots.

@@ -50,6 +50,9 @@ impl Needs {
             alpha,
             order,
             carry,
+            refine,
+            crispness,
+            cohesion,
             tone_tolerance,
             split,
             crossings,
@@ -90,7 +93,11 @@ impl Needs {
         let first_graph = of_alpha(importance_alpha, kept);
         let second_graph = Options { relax, ..first_graph.clone() };
         let cells = of_emphasis(second_graph.clone());
-        let labels = of_alpha(alpha, Options { alpha, carry, tone_tolerance, split, ..cells.clone() });
+        let of_refinement = |rest: Options| match refine {
+            0 => Options { refine, ..rest },
+            _ => Options { refine, crispness, cohesion, tone_tolerance, ..rest },
+        };
+        let labels = of_refinement(of_alpha(alpha, Options { alpha, carry, split, ..cells.clone() }));
         let shapes = Options { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance, ..labels.clone() };
         let outlines = Options { crossings, ..shapes };
         Self { tone, emphasis, importance, first_graph, second_graph, cells, labels, outlines }
@@ -113,7 +120,7 @@ pub(crate) mod tests {
     use crate::params::{Carry, Crossings, LatticeKind, Order};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
-    pub(crate) const CHANGES: [fn(&mut Options); 35] = [
+    pub(crate) const CHANGES: [fn(&mut Options); 38] = [
         |o| o.lattice = LatticeKind::Square,
         |o| o.density = Some(0.7),
         |o| o.nodes = Some(300),
@@ -132,6 +139,9 @@ pub(crate) mod tests {
         |o| o.alpha = Alpha::Constant(0.8),
         |o| o.order = Order::Global,
         |o| o.carry = Carry::Value,
+        |o| o.refine = 0,
+        |o| o.crispness = 1.0,
+        |o| o.cohesion = 0.5,
         |o| o.tone_tolerance = None,
         |o| o.split = 0,
         |o| o.crossings = Crossings::Midpoint,

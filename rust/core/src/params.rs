@@ -135,8 +135,14 @@ pub struct Options {
     pub order: Order,
     /// What is passed on when the tone is diffused.
     pub carry: Carry,
-    /// How far the mean of the drawing may be from that of the tone, in [0, 1], before the tones of the nodes are bent towards it (see
-    /// [`crate::mean_tone`]). `None`: as it comes.
+    /// Sweeps over the labels that refine them, at most, 0 to 100: see [`crate::refine`]. 0: labels stay as diffusion gave them.
+    pub refine: u32,
+    /// Weight of a node's own tone in the refinement, in [0, 100]: more makes crisper shapes, less keeps the tone of small parts.
+    pub crispness: f64,
+    /// Weight of the neighbours' labels in the refinement, in [0, 100]: more makes larger shapes with smoother boundaries.
+    pub cohesion: f64,
+    /// How far the mean of the drawing may be from that of the tone, in [0, 1], before the refinement moves all nodes towards it.
+    /// `None`: as it comes.
     pub tone_tolerance: Option<f64>,
     /// Dots that fused by chance, up to this many nodes together, are taken apart where there is room, 0 to 12: see
     /// [`crate::split`]. Below 2: none.
@@ -185,19 +191,22 @@ impl Default for Options {
             nodes_per_pixel: None,
             fineness: 1.0,
             detail: 0.95,
-            floor: 0.1,
+            floor: 0.07,
             midtones: 0.7,
             relax: 1,
             k1: 1.0,
             k2: 0.1,
-            base: 0.245,
+            base: 0.15,
             detail_gain: 6.0,
             rings: 1,
             importance_alpha: Alpha::Constant(1.0),
             alpha: Alpha::Tonal,
             order: Order::Blocks,
             carry: Carry::Area,
-            tone_tolerance: Some(0.02),
+            refine: 12,
+            crispness: 1.9,
+            cohesion: 0.2,
+            tone_tolerance: Some(0.015),
             split: 4,
             crossings: Crossings::Tone,
             sharpen: 2.5,
@@ -254,6 +263,7 @@ impl Options {
             alpha: Alpha::Dynamic,
             order: Order::Global,
             carry: Carry::Value,
+            refine: 0,
             tone_tolerance: None,
             split: 0,
             crossings: Crossings::Midpoint,
@@ -305,6 +315,9 @@ impl Options {
                 range(option, value, 0.0, 1.0, "\"tonal\", \"dynamic\" or a number between 0 and 1")?;
             }
         }
+        range("refine", f64::from(self.refine), 0.0, 100.0, "between 0 and 100 sweeps")?;
+        range("crispness", self.crispness, 0.0, 100.0, "between 0 and 100")?;
+        range("cohesion", self.cohesion, 0.0, 100.0, "between 0 and 100")?;
         if let Some(tone_tolerance) = self.tone_tolerance {
             range("tone_tolerance", tone_tolerance, 0.0, 1.0, "between 0 and 1")?;
         }

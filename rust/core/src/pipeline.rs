@@ -1,7 +1,7 @@
 //! The whole method: the only file that knows the order of the stages.
 //!
 //! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
-//! graph -> node tones -> labels of the right mean, fused dots split -> components -> outlines -> drawing.
+//! graph -> node tones -> labels, refined, fused dots split -> components -> outlines -> drawing.
 //!
 //! Every stage is handed the options as [`crate::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
 //! that of a [`crate::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
@@ -20,10 +20,10 @@ use crate::field::Field;
 use crate::graph::{Adjacency, Graph, distance_squared};
 use crate::importance::Importance;
 use crate::lattice::Lattice;
-use crate::mean_tone::{Toned, diffuse_to_mean};
 use crate::needs::{Needs, identical};
 use crate::outline::{Nodes, Shaping, outline};
-use crate::params::{Alpha, Crossings, Options};
+use crate::params::{Alpha, Carry, Crossings, Options};
+use crate::refine::{Refinement, refine};
 use crate::session::{Memory, Slot};
 use crate::split::split;
 use crate::tone;
@@ -39,8 +39,10 @@ pub struct Outcome {
     pub stats: Stats,
     /// The second graph.
     pub graph: Arc<Graph>,
-    /// Tone of every node, emphasized and bent, which is what was diffused; and the label that it got: 0 black, 1 white.
-    pub toned: Arc<Toned>,
+    /// Cells of the nodes, with the emphasized tone in each.
+    pub cells: Arc<TonedCells>,
+    /// Label of every node: 0 black, 1 white.
+    pub labels: Arc<Labels>,
     /// Component of every node.
     pub components: Arc<Components>,
     /// The importance on the canvas, before the budget's factor.
@@ -56,6 +58,15 @@ pub struct FirstGraph {
     pub labels: Vec<u8>,
     /// The factor on the importance that meets the node budget; 1 without one.
     pub factor: f64,
+}
+
+/// What the nodes of the second graph are labelled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Labels {
+    /// 0 black, 1 white.
+    pub labels: Vec<u8>,
+    /// The shift that gave them the photo's mean: see [`crate::refine`].
+    pub shift: f64,
 }
 
 /// The tone before emphasis, and its mean.
@@ -220,19 +231,19 @@ fn run(
     let first = first_graph_of(&field, &needs.first_graph, &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
     let (triangulation, cells) = second_graph_of(first, emphasized, needs, &mut stages, memory)?;
-    let toned = stages.run_unless_kept(5, &mut memory.labels, &needs.labels, |needs| {
-        let wanted = needs.tone_tolerance.map(|tolerance| (mean, tolerance));
-        let parameters = Diffusion::of_tone(needs);
-        let graph = &*triangulation.graph;
-        let mut toned = diffuse_to_mean(graph, &cells.means, &cells.areas, needs.carry, wanted, &parameters, control)?;
-        split(graph, &toned.tones, &mut toned.labels, needs.split)?;
-        Ok(toned)
+    let labels = stages.run_unless_kept(5, &mut memory.labels, &needs.labels, |needs| {
+        let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
+        let carried = (needs.carry == Carry::Area).then_some(&areas[..]);
+        let mut labels = diffuse(graph, means, carried, &Diffusion::of_tone(needs), control)?;
+        let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, mean), control)?;
+        split(graph, means, &mut labels, needs.split)?;
+        Ok(Labels { labels, shift })
     })?;
-    let connected = |_: &Options| Ok(components(&triangulation.graph, &toned.labels));
+    let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
     let components = stages.run_unless_kept(6, &mut memory.components, &needs.labels, connected)?;
     let outlined = stages.run_unless_kept(6, &mut memory.outlines, &needs.outlines, |needs| {
-        let followed = (needs.crossings == Crossings::Tone).then_some(&toned.tones[..]);
-        let nodes = Nodes { labels: &toned.labels, areas: &cells.areas, tones: followed };
+        let followed = (needs.crossings == Crossings::Tone).then_some(&cells.means[..]);
+        let nodes = Nodes { labels: &labels.labels, areas: &cells.areas, tones: followed };
         let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
         let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..outlines.drawing });
         let (anchors, coordinates) = drawing.count_written();
@@ -243,8 +254,8 @@ fn run(
     let mut stats = stages.stats;
     stats.seconds.insert("total".to_owned(), stages.began.elapsed().as_secs_f64());
     let stats = Stats {
-        nodes: toned.labels.len(),
-        tone_bend: toned.amount,
+        nodes: labels.labels.len(),
+        tone_shift: labels.shift,
         stipples: outlined.drawing.stipples.len(),
         regions: outlined.drawing.regions.len(),
         vertices: outlined.vertices,
@@ -253,7 +264,7 @@ fn run(
         ..stats
     };
     let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
-    Ok(Outcome { drawing, stats, graph, toned, components, importance: field })
+    Ok(Outcome { drawing, stats, graph, cells, labels, components, importance: field })
 }
 
 /// The first graph of an importance on the canvas.

@@ -31,6 +31,7 @@ pub fn presets() -> Vec<Preset> {
             "fine: dots for every tone, hardly a solid area, a little lighter than the photo",
             Options {
                 alpha: Alpha::Constant(1.0),
+                refine: 0,
                 floor: 0.3,
                 sharpen: 1.0,
                 local_contrast: 0.5,
@@ -42,7 +43,7 @@ pub fn presets() -> Vec<Preset> {
         of(
             "portrait",
             "soft shading: more dots in middle tones, gentle emphasis",
-            Options { base: 0.5, floor: 0.2, midtones: 0.9, sharpen: 1.5, local_contrast: 0.8, ..defaults() },
+            Options { base: 0.5, crispness: 1.2, floor: 0.2, midtones: 0.9, sharpen: 1.5, local_contrast: 0.8, ..defaults() },
         ),
         of(
             "linocut",
@@ -50,6 +51,8 @@ pub fn presets() -> Vec<Preset> {
             Options {
                 fineness: 1.0 / 3.0,
                 base: 0.04,
+                crispness: 8.0,
+                cohesion: 1.0,
                 midtones: 0.9,
                 sharpen: 0.0,
                 local_contrast: 3.0,
@@ -63,6 +66,8 @@ pub fn presets() -> Vec<Preset> {
             Options {
                 fineness: 0.2,
                 base: 0.0,
+                crispness: 30.0,
+                cohesion: 3.0,
                 sharpen: 0.0,
                 local_contrast: 2.0,
                 tone_tolerance: None,
@@ -75,7 +80,15 @@ pub fn presets() -> Vec<Preset> {
             ..of(
                 "scratchboard",
                 "white lines and dots scratched out of black (written as white ink on black paper)",
-                Options { gamma: 0.5, base: 0.15, sharpen: 5.0, local_contrast: 1.0, tone_tolerance: None, ..defaults() },
+                Options {
+                    gamma: 0.5,
+                    base: 0.15,
+                    crispness: 3.0,
+                    sharpen: 5.0,
+                    local_contrast: 1.0,
+                    tone_tolerance: None,
+                    ..defaults()
+                },
             )
         },
     ]

@@ -19,10 +19,9 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::field::Field;
 use crate::importance::Importance;
-use crate::mean_tone::Toned;
 use crate::needs::identical;
 use crate::params::Options;
-use crate::pipeline::{FirstGraph, Outcome, Outlined, Tone, draw_with};
+use crate::pipeline::{FirstGraph, Labels, Outcome, Outlined, Tone, draw_with};
 use crate::triangulation::Triangulation;
 use crate::voronoi::TonedCells;
 
@@ -74,7 +73,7 @@ pub(crate) struct Memory {
     pub(crate) first_graph: Slot<FirstGraph>,
     pub(crate) second_graph: Slot<Triangulation>,
     pub(crate) cells: Slot<TonedCells>,
-    pub(crate) labels: Slot<Toned>,
+    pub(crate) labels: Slot<Labels>,
     pub(crate) components: Slot<Components>,
     pub(crate) outlines: Slot<Outlined>,
 }
@@ -163,7 +162,12 @@ mod tests {
         assert_eq!(json::to_json(&made.drawing), json::to_json(&expected.drawing));
         let text = |outcome: &Outcome| svg::to_svg(&outcome.drawing, &Export::default()).unwrap();
         assert_eq!(text(&made), text(&expected));
-        assert!(made.drawing == expected.drawing && made.graph == expected.graph && made.toned == expected.toned);
+        assert!(
+            made.drawing == expected.drawing
+                && made.graph == expected.graph
+                && made.labels == expected.labels
+                && made.cells == expected.cells
+        );
         assert!(made.components == expected.components && made.importance == expected.importance);
     }
 
@@ -204,14 +208,20 @@ mod tests {
             let mut options = busy();
             change(&mut options);
             let made = redrawn(&mut session, &options);
-            // All but these show (so small a photo is one block in either order): an option that reached its stage too late, or not
-            // at all, would not.
-            let shows = options.threads.is_none() && options.background == busy().background && options.order == busy().order;
+            // All but these show (so small a photo is one block in either order, and no dots are fused after the refinement): an
+            // option that reached its stage too late, or not at all, would not.
+            let Options { background, order, split, .. } = busy();
+            let shows =
+                options.threads.is_none() && (options.background == background) && (options.order, options.split) == (order, split);
             let differs = made.drawing.curves != first.drawing.curves || made.drawing.stipples != first.drawing.stipples;
             assert_eq!(differs, shows, "{options:?}");
             assert_equal(made, fresh(&session, &options).unwrap());
             assert_equal(redrawn(&mut session, &busy()), first.clone());
         }
+        let dark =
+            Options { refine: 0, gamma: 0.4, alpha: Alpha::Constant(1.0), sharpen: 0.0, local_contrast: 0.0, ..Options::default() };
+        let [fused, apart] = [0, 12].map(|split| redrawn(&mut session, &Options { split, ..dark.clone() }));
+        assert_ne!(fused.labels, apart.labels);
     }
 
     #[test]

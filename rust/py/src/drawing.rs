@@ -8,7 +8,8 @@ use graphstipple_core::components::Components;
 use graphstipple_core::drawing::{self as core_drawing, FLATTENING_TOLERANCE, Ink};
 use graphstipple_core::graph::Graph;
 use graphstipple_core::importance::{Importance, Source};
-use graphstipple_core::mean_tone::Toned;
+use graphstipple_core::pipeline::Labels;
+use graphstipple_core::voronoi::TonedCells;
 use graphstipple_core::{Error, Field, Outcome, json, pipeline, raster, svg};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -69,7 +70,8 @@ pub(crate) struct Drawing {
 #[derive(Clone)]
 struct Stages {
     graph: Arc<Graph>,
-    toned: Arc<Toned>,
+    cells: Arc<TonedCells>,
+    labels: Arc<Labels>,
     components: Arc<Components>,
     importance: Arc<Field>,
 }
@@ -77,11 +79,11 @@ struct Stages {
 impl Drawing {
     /// What the pipeline made, for Python.
     pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
-        let Outcome { drawing, stats, graph, toned, components, importance } = outcome;
+        let Outcome { drawing, stats, graph, cells, labels, components, importance } = outcome;
         let Value::Object(stats) = to_value(&stats)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
-        Ok(Self { drawing, stats, stages: Some(Stages { graph, toned, components, importance }) })
+        Ok(Self { drawing, stats, stages: Some(Stages { graph, cells, labels, components, importance }) })
     }
 }
 
@@ -216,8 +218,8 @@ impl Drawing {
         Ok(Some((
             arrays::from_pairs(py, stages.graph.sites.clone())?,
             arrays::from_pairs(py, stages.graph.edges().collect())?,
-            stages.toned.tones.clone().into_pyarray(py),
-            stages.toned.labels.clone().into_pyarray(py),
+            stages.cells.means.clone().into_pyarray(py),
+            stages.labels.labels.clone().into_pyarray(py),
             stages.components.ids.clone().into_pyarray(py),
         )))
     }

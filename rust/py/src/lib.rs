@@ -29,7 +29,7 @@ mod _core {
     use crate::session::Session;
     #[pymodule_export]
     use crate::stages::{
-        bend, cells, components, diffuse, emphasize, lattice, lattice_labels, mixed_importance, outline, owners, relax,
+        cells, components, diffuse, emphasize, lattice, lattice_labels, mixed_importance, outline, owners, refine, relax,
         samples_per_pixel, split, triangulate,
     };
     use crate::watch;

@@ -5,8 +5,8 @@ use graphstipple_core::emphasis;
 use graphstipple_core::graph::Graph;
 use graphstipple_core::importance::Importance;
 use graphstipple_core::lattice::Lattice;
-use graphstipple_core::mean_tone;
 use graphstipple_core::outline::{Nodes, Shaping};
+use graphstipple_core::refine::{self as core_refine, Refinement};
 use graphstipple_core::{
     Field, Options, components as core_components, outline as core_outline, pipeline, split as core_split, triangulation, voronoi,
 };
@@ -74,13 +74,6 @@ pub(crate) fn mixed_importance<'py>(
         importance.mixed(&tone, &emphasized, spacing, &options)
     })?;
     arrays::from_field(py, mixed)
-}
-
-/// Tones of nodes bent by an amount.
-#[pyfunction]
-pub(crate) fn bend<'py>(py: Python<'py>, tones: PyReadonlyArray1<'py, f32>, amount: f64) -> Bound<'py, PyArray1<f32>> {
-    let bent: Vec<f32> = arrays::values(&tones).iter().map(|tone| mean_tone::bend(f64::from(*tone), amount) as f32).collect();
-    bent.into_pyarray(py)
 }
 
 /// Sites and labels of the lattice diffused on importance, and the factor that meets the node budget.
@@ -190,6 +183,32 @@ pub(crate) fn diffuse<'py>(
 /// The graph of these edges, for stages that ask who is connected, not where: any positions will do.
 fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::error::Result<Graph> {
     Graph::from_edges(vec![[0.0; 2]; nodes], edges)
+}
+
+/// Labels refined, and the shift that gave them their mean.
+#[pyfunction]
+pub(crate) fn refine<'py>(
+    py: Python<'py>,
+    edges: PyReadonlyArray2<'py, u32>,
+    tones: PyReadonlyArray1<'py, f32>,
+    labels: PyReadonlyArray1<'py, u8>,
+    areas: PyReadonlyArray1<'py, f64>,
+    mean: Option<f64>,
+    options_json: &str,
+) -> PyResult<(Bound<'py, PyArray1<u8>>, f64)> {
+    let options = options::parse(options_json)?;
+    let parameters = match mean {
+        Some(mean) => Refinement::of(&options, mean),
+        None => Refinement { mean: None, ..Refinement::of(&options, 0.0) },
+    };
+    let (edges, tones, areas) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&areas));
+    let mut labels = arrays::values(&labels);
+    let (labels, shift) = watch::run_core(py, move |control| {
+        let graph = graph_anywhere(labels.len(), &edges)?;
+        let shift = core_refine::refine(&graph, &tones, &areas, &mut labels, &parameters, control)?;
+        Ok((labels, shift))
+    })?;
+    Ok((labels.into_pyarray(py), shift))
 }
 
 /// The labels with dots taken apart that fused by chance.

@@ -1,0 +1,260 @@
+//! Refinement of the labels: crisper where the photo has something to show, more even where it has not.
+//!
+//! Diffusion labels a node once, by the errors that happen to have reached it, and never looks back. Here every node is asked again,
+//! now that its neighbours are labelled: it is white if its own tone, the tone that its neighbours lack and their labels together
+//! speak for white,
+//!
+//! `crispness (tone - 0.5) + mean(tone_j - label_j) + cohesion mean(label_j - 0.5) + shift > 0`,
+//!
+//! means over the neighbours j. The first term draws what the tone says, as a threshold would; the second keeps the tone around the
+//! node, as diffusion does, and spaces dots evenly; the third closes holes and straightens boundaries. A dot by itself, among
+//! neighbours of the other label, stays: diffusion has put it there for a tone that reaches beyond the neighbours.
+//!
+//! The shift is nearly the same for all nodes, and follows the mean: after every sweep over the nodes it moves by what the drawing is too
+//! light or too dark. So the picture is as light as the photo, although neither diffusion with an alpha below 1 nor a threshold is.
+
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::diffusion::{block_size, check_input};
+use crate::error::{Error, Result};
+use crate::graph::{Graph, check_labels, check_one_a_node};
+use crate::noise::noise;
+use crate::params::Options;
+
+/// The parameters of a refinement; ranges as in [`Options`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refinement {
+    /// Sweeps over the nodes at most; 0 refines nothing.
+    pub sweeps: u32,
+    /// Weight of a node's own tone.
+    pub crispness: f64,
+    /// Weight of the neighbours' labels.
+    pub cohesion: f64,
+    /// The mean that the labels should have, weighted by area, and how far from it they may be; `None`: as it comes.
+    pub mean: Option<(f64, f64)>,
+}
+
+impl Refinement {
+    /// What the options say, for a photo of this mean tone.
+    pub fn of(options: &Options, mean: f64) -> Self {
+        let Options { refine, crispness, cohesion, tone_tolerance, .. } = *options;
+        Self { sweeps: refine, crispness, cohesion, mean: tone_tolerance.map(|tolerance| (mean, tolerance)) }
+    }
+}
+
+/// How far the shift first moves, as a multiple of what the mean is off.
+const FIRST_GAIN: f64 = 1.5;
+
+/// Nodes are shifted by up to this share more or less, each by its own: those of one flat tone would all turn at once, or none.
+const UNEVENNESS: f64 = 0.2;
+
+/// Sweeps end when no more than this share of the nodes has changed, and the mean is right.
+const SETTLED: f64 = 1e-3;
+
+/// Refines the labels of nodes by their tones, and returns the shift. `areas` are those of the nodes' cells, in px^2.
+///
+/// Nodes are asked in blocks, as in [`crate::diffusion`]: even ones side by side, each node after the other, then odd ones. A block
+/// sees the others as they were before. So the result does not depend on threads.
+///
+/// # Errors
+/// [`Error::Input`] if there is not one finite tone, one area of at least 0 and one label, 0 or 1, a node, or the mean is outside
+/// [0, 1]; [`Error::Cancelled`].
+pub fn refine(
+    graph: &Graph,
+    tones: &[f32],
+    areas: &[f64],
+    labels: &mut [u8],
+    parameters: &Refinement,
+    control: &Control,
+) -> Result<f64> {
+    check_input(graph, tones, Some(areas))?;
+    check_one_a_node("labels", labels.len(), graph.sites.len())?;
+    check_labels(labels)?;
+    if let Some((mean, _)) = parameters.mean.filter(|(mean, _)| !(0.0..=1.0).contains(mean)) {
+        return Err(Error::Input(format!("the mean is {mean}, but it must be between 0 and 1")));
+    }
+    refine_in_blocks(graph, tones, areas, labels, parameters, block_size(labels.len()), control)
+}
+
+/// [`refine`] of valid input in blocks of `size` nodes.
+fn refine_in_blocks(
+    graph: &Graph,
+    tones: &[f32],
+    areas: &[f64],
+    labels: &mut [u8],
+    parameters: &Refinement,
+    size: usize,
+    control: &Control,
+) -> Result<f64> {
+    let total: f64 = areas.iter().sum();
+    let (mut shift, mut gain, mut last_over) = (0.0, FIRST_GAIN, 0.0);
+    for sweep in 0..parameters.sweeps {
+        control.report(sweep as f32 / parameters.sweeps as f32)?;
+        let node = NodeRule { graph, tones, parameters, shift };
+        let changed: usize = (0..2).map(|parity| node.ask_blocks(parity, size, labels)).sum();
+        let over = parameters.mean.filter(|_| total > 0.0).map_or(0.0, |(mean, tolerance)| {
+            let white: f64 = labels.iter().zip(areas).filter(|(label, _)| **label == 1).map(|(_, area)| area).sum();
+            let off = white / total - mean;
+            off - off.clamp(-tolerance, tolerance)
+        });
+        if over == 0.0 && changed as f64 <= SETTLED * labels.len() as f64 {
+            break;
+        }
+        // Smaller and smaller steps find the mean where many nodes have nearly one tone.
+        if over * last_over < 0.0 {
+            gain /= 2.0;
+        }
+        shift -= gain * over;
+        last_over = over;
+    }
+    Ok(shift)
+}
+
+/// What one node is asked, during one sweep.
+struct NodeRule<'a> {
+    graph: &'a Graph,
+    tones: &'a [f32],
+    parameters: &'a Refinement,
+    shift: f64,
+}
+
+impl NodeRule<'_> {
+    /// Asks the nodes of every other block, from the block `parity` on. Returns how many labels changed.
+    fn ask_blocks(&self, parity: usize, size: usize, labels: &mut [u8]) -> usize {
+        let before = labels.to_vec();
+        let blocks = labels.par_chunks_mut(size).enumerate().filter(|(block, _)| block % 2 == parity);
+        blocks.map(|(block, own)| self.ask_block(block * size, own, &before)).sum()
+    }
+
+    fn ask_block(&self, first: usize, own: &mut [u8], before: &[u8]) -> usize {
+        let mut changed = 0;
+        for i in 0..own.len() {
+            let label = self.label(first + i, own[i], |j| match own.get(j.wrapping_sub(first)) {
+                Some(label) => *label,
+                None => before[j],
+            });
+            changed += usize::from(label != own[i]);
+            own[i] = label;
+        }
+        changed
+    }
+
+    fn label(&self, node: usize, label: u8, label_of: impl Fn(usize) -> u8) -> u8 {
+        let row = self.graph.row(node);
+        let (mut white, mut tone) = (0u32, 0.0);
+        for &j in row {
+            white += u32::from(label_of(j as usize));
+            tone += f64::from(self.tones[j as usize]);
+        }
+        let degree = row.len() as f64;
+        if !row.is_empty() && white == u32::from(1 - label) * row.len() as u32 {
+            return label;
+        }
+        let Refinement { crispness, cohesion, .. } = *self.parameters;
+        let shift = self.shift * (1.0 + UNEVENNESS * f64::from(noise(node as u64)));
+        let white = f64::from(white);
+        let around = if row.is_empty() { 0.0 } else { (tone - white + cohesion * (white - 0.5 * degree)) / degree };
+        u8::from(crispness * (f64::from(self.tones[node]) - 0.5) + around + shift > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diffusion::{Diffusion, diffuse};
+    use crate::lattice::Lattice;
+    use crate::params::LatticeKind;
+
+    const PLAIN: Refinement = Refinement { sweeps: 20, crispness: 2.0, cohesion: 0.25, mean: None };
+
+    fn lattice(width: usize, height: usize) -> Graph {
+        Lattice::new(LatticeKind::Hexagonal, width, height, 1.0).unwrap().to_graph()
+    }
+
+    fn white(labels: &[u8]) -> f64 {
+        labels.iter().map(|label| f64::from(*label)).sum::<f64>() / labels.len() as f64
+    }
+
+    /// Refined from what diffusion gives, in blocks of a size.
+    fn refined(graph: &Graph, tones: &[f32], parameters: &Refinement, size: usize) -> (Vec<u8>, f64) {
+        let control = Control::new();
+        let mut labels = diffuse(graph, tones, None, &Diffusion::of_tone(&Options::default()), &control).unwrap();
+        let areas = vec![1.0; tones.len()];
+        let shift = refine_in_blocks(graph, tones, &areas, &mut labels, parameters, size, &control).unwrap();
+        (labels, shift)
+    }
+
+    /// The same rule, written as the module's text has it.
+    fn wants_white(graph: &Graph, tones: &[f32], labels: &[u8], node: usize, shift: f64) -> bool {
+        let mean =
+            |of: &dyn Fn(usize) -> f64| graph.row(node).iter().map(|j| of(*j as usize)).sum::<f64>() / graph.row(node).len() as f64;
+        let lack = mean(&|j| f64::from(tones[j]) - f64::from(labels[j]));
+        let company = mean(&|j| f64::from(labels[j]) - 0.5);
+        PLAIN.crispness * (f64::from(tones[node]) - 0.5) + lack + PLAIN.cohesion * company + shift > 0.0
+    }
+
+    #[test]
+    fn settled_nodes_have_the_label_that_the_rule_gives() {
+        let graph = lattice(70, 70);
+        let tones: Vec<f32> = graph.sites.iter().map(|[x, y]| (0.5 + 0.5 * (x * 0.2).sin() * (y * 0.15).cos()) as f32).collect();
+        let (labels, shift) = refined(&graph, &tones, &PLAIN, tones.len());
+        let is_lone = |i: usize| graph.row(i).iter().all(|j| labels[*j as usize] != labels[i]);
+        let wrong =
+            (0..tones.len()).filter(|i| !is_lone(*i) && wants_white(&graph, &tones, &labels, *i, shift) != (labels[*i] == 1));
+        assert!(wrong.count() <= 5 && shift == 0.0);
+    }
+
+    #[test]
+    fn the_mean_is_met_on_gradients_and_on_flat_tones() {
+        let graph = lattice(90, 90);
+        for (low, high) in [(0.0, 1.0), (0.1, 0.5), (0.6, 0.95), (0.2, 0.2), (0.3, 0.3), (0.45, 0.45), (0.62, 0.62)] {
+            let tones: Vec<f32> = graph.sites.iter().map(|[x, _]| (low + (high - low) * x / 90.0) as f32).collect();
+            let mean = tones.iter().map(|tone| f64::from(*tone)).sum::<f64>() / tones.len() as f64;
+            let (labels, _) = refined(&graph, &tones, &Refinement { mean: Some((mean, 0.02)), ..PLAIN }, 2000);
+            assert!((white(&labels) - mean).abs() <= 0.03, "{low} to {high}: {} for {mean}", white(&labels));
+        }
+    }
+
+    #[test]
+    fn black_and_white_stay_clean_and_lone_dots_stay() {
+        let graph = lattice(40, 40);
+        let tones: Vec<f32> = graph.sites.iter().map(|[x, _]| if *x < 20.0 { 0.0 } else { 1.0 }).collect();
+        let ideal: Vec<u8> = tones.iter().map(|tone| *tone as u8).collect();
+        assert_eq!(refined(&graph, &tones, &PLAIN, tones.len()).0, ideal);
+        let dot = Lattice::new(LatticeKind::Hexagonal, 40, 40, 1.0).unwrap().nearest(8.0, 20.0);
+        let mut labels = ideal.clone();
+        labels[dot] = 1;
+        let expected = labels.clone();
+        refine(&graph, &tones, &vec![1.0; tones.len()], &mut labels, &PLAIN, &Control::new()).unwrap();
+        assert_eq!(labels, expected);
+    }
+
+    #[test]
+    fn no_sweep_changes_nothing_and_threads_do_not_matter() {
+        let graph = lattice(160, 160);
+        let tones: Vec<f32> = graph.sites.iter().map(|[x, y]| ((x * 12.9898 + y * 78.233).sin() * 0.4 + 0.5) as f32).collect();
+        let wanted = Refinement { mean: Some((0.4, 0.01)), ..PLAIN };
+        let with_threads = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| refined(&graph, &tones, &wanted, 3000))
+        };
+        assert!(with_threads(1) == with_threads(2) && with_threads(1) == with_threads(5));
+        let plain = diffuse(&graph, &tones, None, &Diffusion::of_tone(&Options::default()), &Control::new()).unwrap();
+        assert_eq!(refined(&graph, &tones, &Refinement { sweeps: 0, ..wanted }, 3000), (plain, 0.0));
+    }
+
+    #[test]
+    fn input_that_does_not_match_is_named() {
+        let graph = lattice(3, 3);
+        let n = graph.sites.len();
+        let error = |tones: &[f32], areas: &[f64], labels: &mut [u8]| {
+            refine(&graph, tones, areas, labels, &PLAIN, &Control::new()).unwrap_err().to_string()
+        };
+        let (tones, areas) = (vec![0.5; n], vec![1.0; n]);
+        assert!(error(&tones[1..], &areas, &mut vec![0; n]).contains("values"));
+        assert!(error(&tones, &areas, &mut vec![2; n]).contains("label of node 0 is 2"));
+        assert!(error(&vec![f32::NAN; n], &areas, &mut vec![0; n]).contains("must be finite"));
+        assert!(error(&tones, &vec![-1.0; n], &mut vec![0; n]).contains("at least 0"));
+    }
+}
