@@ -127,7 +127,7 @@ class Options:
     refine: int = 12
     crispness: float = 1.9
     cohesion: float = 0.2
-    tone_tolerance: float | None = 0.015
+    tone_tolerance: float | None = 0.014
     split: int = 4
     crossings: Literal["tone", "midpoint"] = "tone"
     sharpen: float = 2.5

@@ -347,7 +347,7 @@ def refine(
     crispness: float = 1.9,
     cohesion: float = 0.2,
     mean: float | None = None,
-    tone_tolerance: float | None = 0.015,
+    tone_tolerance: float | None = 0.014,
 ) -> Refined:
     """Return labels that follow the tones of nodes and their neighbours (docs/method.md).
 

@@ -185,7 +185,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NODES", allow_negative_numbers = true, help_heading = "Refinement")]
     split: Option<u32>,
 
-    /// How far the drawing's mean may be from the tone's before the refinement moves it there, 0 to 1; off: as it comes; default 0.015
+    /// How far the drawing's mean may be from the tone's before the refinement moves it there, 0 to 1; off: as it comes; default 0.014
     #[arg(long, value_name = "NUMBER", value_parser = parse_tone_tolerance, allow_negative_numbers = true, help_heading = "Refinement")]
     tone_tolerance: Option<MaybeNumber>,
 

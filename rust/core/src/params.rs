@@ -206,7 +206,7 @@ impl Default for Options {
             refine: 12,
             crispness: 1.9,
             cohesion: 0.2,
-            tone_tolerance: Some(0.015),
+            tone_tolerance: Some(0.014),
             split: 4,
             crossings: Crossings::Tone,
             sharpen: 2.5,

@@ -212,7 +212,9 @@ mod tests {
             let tones: Vec<f32> = graph.sites.iter().map(|[x, _]| (low + (high - low) * x / 90.0) as f32).collect();
             let mean = tones.iter().map(|tone| f64::from(*tone)).sum::<f64>() / tones.len() as f64;
             let (labels, _) = refined(&graph, &tones, &Refinement { mean: Some((mean, 0.02)), ..PLAIN }, 2000);
-            assert!((white(&labels) - mean).abs() <= 0.03, "{low} to {high}: {} for {mean}", white(&labels));
+            // On a lattice flat tones turn by patterns, which have few densities.
+            let allowed = if low == high { 0.05 } else { 0.021 };
+            assert!((white(&labels) - mean).abs() <= allowed, "{low} to {high}: {} for {mean}", white(&labels));
         }
     }
 
