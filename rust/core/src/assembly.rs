@@ -6,6 +6,7 @@
 //! this module does not do: find out who lies beside a curve (see [`crate::outline`] and [`crate::load`]).
 
 use kurbo::{BezPath, PathEl, Point, Shape};
+use rayon::prelude::*;
 
 use crate::drawing::{
     Drawing, FLATTENING_TOLERANCE, Frame, Ink, Mark, Region, Ring, RingPart, Stipple, circle_polygon, flatten_path, signed_area,
@@ -41,12 +42,14 @@ pub(crate) fn assemble(parts: Parts) -> Result<Drawing> {
     }
     let mut drawing = Drawing { width: parts.width, height: parts.height, units: parts.units, ..Drawing::default() };
     let mut placed: Vec<(Point, BezPath, [u32; 2])> =
-        parts.curves.into_iter().map(|(path, beside)| (top_of_curve(&path), path, beside)).collect();
-    placed.sort_by(|a, b| from_the_top(a.0, b.0));
+        parts.curves.into_par_iter().map(|(path, beside)| (top_of_curve(&path), path, beside)).collect();
+    // Whatever the number of threads, what is equal stays in its order: so in all sorts here.
+    placed.par_sort_by(|a, b| from_the_top(a.0, b.0));
+    let tops: Vec<Point> = placed.iter().map(|(top, _, _)| *top).collect();
     let (curves, beside): (Vec<BezPath>, Vec<[u32; 2]>) = placed.into_iter().map(|(_, path, beside)| (path, beside)).unzip();
     drawing.curves = curves;
     let mut stipples = parts.stipples;
-    stipples.sort_by(|(a, _), (b, _)| a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x)));
+    stipples.par_sort_by(|(a, _), (b, _)| a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x)));
 
     // What is known of a component's region so far: its outer boundary with the area inside, and its holes.
     let mut exteriors: Vec<Option<(Ring, f64)>> = vec![None; count];
@@ -58,9 +61,9 @@ pub(crate) fn assemble(parts: Parts) -> Result<Drawing> {
         let area = drawing.ring_path(&ring).area();
         exteriors[component as usize] = Some((ring, area));
     }
-    for (number, path) in drawing.curves.iter().enumerate().filter(|(_, path)| is_closed(path)) {
+    let areas: Vec<Option<f64>> = drawing.curves.par_iter().map(|path| is_closed(path).then(|| path.area())).collect();
+    for (number, area) in areas.into_iter().enumerate().filter_map(|(number, area)| Some((number, area?))) {
         let [black, white] = beside[number];
-        let area = path.area();
         let part = |reversed: bool| Ring { parts: vec![RingPart::Curve { index: number as u32, reversed }] };
         // Positive: what lies on its left is inside.
         let (inner, outer) = if area > 0.0 { (black, white) } else { (white, black) };
@@ -80,14 +83,14 @@ pub(crate) fn assemble(parts: Parts) -> Result<Drawing> {
         let (exterior, enclosed_area) =
             exteriors[component].take().ok_or_else(|| Error::Internal(format!("component {component} has no outer boundary")))?;
         let mut placed: Vec<(Point, Ring)> =
-            std::mem::take(&mut holes[component]).into_iter().map(|hole| (top(&drawing, &hole), hole)).collect();
+            std::mem::take(&mut holes[component]).into_iter().map(|hole| (top(&drawing, &tops, &hole), hole)).collect();
         placed.sort_by(|a, b| from_the_top(a.0, b.0));
         let holes = placed.into_iter().map(|(_, hole)| hole).collect();
         let region = Region { ink: parts.inks[component], level: 0, exterior, holes, enclosed_area };
-        regions.push((top(&drawing, &region.exterior), component as u32, region));
+        regions.push((top(&drawing, &tops, &region.exterior), component as u32, region));
     }
     // The two sides of an open curve may both have their top on it.
-    regions.sort_by(|a, b| from_the_top(a.0, b.0).then(a.2.ink.cmp(&b.2.ink)));
+    regions.par_sort_by(|a, b| from_the_top(a.0, b.0).then(a.2.ink.cmp(&b.2.ink)));
     let own_of_region: Vec<u32> = regions.iter().map(|(_, component, _)| *component).collect();
     drawing.regions = regions.into_iter().map(|(_, _, region)| region).collect();
 
@@ -108,10 +111,10 @@ pub(crate) fn flattened_edges(path: &BezPath) -> impl Iterator<Item = [[f64; 2];
     (0..count).map(move |k| [points[k], points[(k + 1) % points.len()]])
 }
 
-/// The uppermost on-curve point of a ring, the leftmost of those.
-fn top(drawing: &Drawing, ring: &Ring) -> Point {
+/// The uppermost on-curve point of a ring, the leftmost of those; `tops` are those of the curves.
+fn top(drawing: &Drawing, tops: &[Point], ring: &Ring) -> Point {
     let points = ring.parts.iter().map(|part| match *part {
-        RingPart::Curve { index, .. } => top_of_curve(&drawing.curves[index as usize]),
+        RingPart::Curve { index, .. } => tops[index as usize],
         RingPart::Stipple { index } => {
             let stipple = &drawing.stipples[index as usize];
             Point::new(stipple.x, stipple.y - stipple.radius)
@@ -200,11 +203,11 @@ fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: 
 
 /// The layered order.
 fn put_in_order(drawing: &mut Drawing) {
-    let regions = (0u32..).zip(&drawing.regions).map(|(i, region)| (region.enclosed_area, Mark::Region(i)));
+    let regions = drawing.regions.par_iter().enumerate().map(|(i, region)| (region.enclosed_area, Mark::Region(i as u32)));
     let dot_area = |s: &Stipple| signed_area(&circle_polygon([s.x, s.y], s.radius, FLATTENING_TOLERANCE));
-    let stipples = (0u32..).zip(&drawing.stipples).map(|(i, stipple)| (dot_area(stipple), Mark::Stipple(i)));
+    let stipples = drawing.stipples.par_iter().enumerate().map(|(i, stipple)| (dot_area(stipple), Mark::Stipple(i as u32)));
     let mut order: Vec<(f64, Mark)> = regions.chain(stipples).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    order.par_sort_by(|a, b| b.0.total_cmp(&a.0));
     drawing.order = order.into_iter().map(|(_, mark)| mark).collect();
 }
 

@@ -10,7 +10,10 @@
 //! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
 //! container is always on the level below. So painting level by level is as good as painting one by one.
 
+use std::sync::OnceLock;
+
 use kurbo::{BezPath, CubicBez, ParamCurve as _, PathEl, Point, QuadBez};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::params::Options;
@@ -372,11 +375,9 @@ impl Drawing {
         let black = self.regions.iter().filter(|region| region.ink == Ink::Black);
         let corners = black.flat_map(|region| &region.exterior.parts).filter(|part| matches!(part, RingPart::Corner(..))).count();
         let (mut anchors, mut coordinates) = (self.stipples.len() + corners, self.stipples.len() + corners);
-        for curve in &self.curves {
-            let (on_curve, pairs) = count_points(curve);
-            anchors += on_curve;
-            coordinates += pairs;
-        }
+        let of_curves = self.curves.par_iter().map(count_points).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        anchors += of_curves.0;
+        coordinates += of_curves.1;
         (anchors, coordinates)
     }
 }
@@ -471,13 +472,32 @@ pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
 pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, tolerance: f64) -> Vec<[f64; 2]> {
     // A chord of half-angle h lies radius * (1 - cos h) inside the circle; half a tolerance each way once the area is corrected.
     let half = libm::acos((1.0 - (tolerance / radius).min(0.5)).max(0.5));
-    let sides = (libm::ceil(std::f64::consts::PI / half) as usize).clamp(8, 256);
-    let step = std::f64::consts::TAU / sides as f64;
-    // A polygon with circumradius R has the area n/2 R^2 sin(2 pi / n); this R gives pi r^2.
-    let corrected = radius * libm::sqrt(step / libm::sin(step));
-    let vertex = |k: usize| {
-        let angle = (k as f64 + 0.5) * step;
-        [centre[0] + corrected * libm::cos(angle), centre[1] + corrected * libm::sin(angle)]
-    };
-    (0..sides).map(vertex).collect()
+    let sides = (libm::ceil(std::f64::consts::PI / half) as usize).clamp(8, MOST_SIDES);
+    let Polygon { circumradius, directions } = regular_polygon(sides);
+    let corrected = radius * circumradius;
+    directions.iter().map(|[x, y]| [centre[0] + corrected * x, centre[1] + corrected * y]).collect()
+}
+
+/// The most sides of a circle's polygon.
+const MOST_SIDES: usize = 256;
+
+/// A regular polygon around the origin with the area of the unit circle.
+struct Polygon {
+    circumradius: f64,
+    /// Unit vectors to its vertices.
+    directions: Vec<[f64; 2]>,
+}
+
+/// The polygon of so many sides, up to [`MOST_SIDES`]. Each is made once: drawings have many dots, of few numbers of sides.
+fn regular_polygon(sides: usize) -> &'static Polygon {
+    static POLYGONS: [OnceLock<Polygon>; MOST_SIDES + 1] = [const { OnceLock::new() }; MOST_SIDES + 1];
+    POLYGONS[sides].get_or_init(|| {
+        let step = std::f64::consts::TAU / sides as f64;
+        let direction = |k: usize| {
+            let angle = (k as f64 + 0.5) * step;
+            [libm::cos(angle), libm::sin(angle)]
+        };
+        // A polygon with circumradius R has the area n/2 R^2 sin(2 pi / n); this R gives pi.
+        Polygon { circumradius: libm::sqrt(step / libm::sin(step)), directions: (0..sides).map(direction).collect() }
+    })
 }

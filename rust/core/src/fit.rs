@@ -22,10 +22,12 @@
 //! coarse for the triangles, on a finer one. Areas are kept: every curve makes up for what rounding and fitting the ones before it
 //! in the chain added or took away.
 
-use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArea, ParamCurveDeriv, PathEl, Point, QuadBez, Vec2};
+use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArea, PathEl, Point, QuadBez, Vec2};
 
 use crate::drawing::{FLATTENING_TOLERANCE, Frame, flatten_cubic, flatten_quad, signed_area};
-use crate::least_radius::distance_to_segment;
+use crate::least_radius::square_to_segment;
+use crate::pair::Pair;
+use crate::samples::{Products, Quadratic, Samples};
 use crate::triangulation::Side;
 
 /// A closed loop below this area, in px^2, is rescaled to the area of its polygon of crossings: the spline shrinks such small
@@ -142,15 +144,13 @@ impl Fit {
         let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
         let snapped = joints(&controls, self.frame, ends);
         let on_grid = |(k, joint): (usize, &Point)| {
-            let finer = FINER_GRIDS.map(|finer| fit.snap(*joint, finer));
-            std::iter::once(snapped[k]).chain(finer).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(*joint)
+            std::iter::once(snapped[k]).chain(fit.snapped(*joint)).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(*joint)
         };
         let joints: Vec<Point> = spline.joints.iter().enumerate().map(on_grid).collect();
         let mut scratch = Vec::new();
         let mut piece = |k: usize| {
             let (from, to, directions) = (joints[k], joints[k + 1], spline.directions(k, 1));
-            let finer = FINER_GRIDS.map(|finer| fit.snap(spline.controls[k], finer));
-            let mut candidates = std::iter::once(controls[k]).chain(finer);
+            let mut candidates = std::iter::once(controls[k]).chain(fit.snapped(spline.controls[k]));
             let curved = candidates.find(|p| sleeve.holds_quad(&QuadBez::new(from, *p, to), k, directions, &mut scratch));
             (curved.unwrap_or_else(|| fit.corner(sleeve, k, [from, to], directions)), curved.is_none())
         };
@@ -162,8 +162,7 @@ impl Fit {
     /// cells.
     fn corner(&self, sleeve: &Sleeve, k: usize, [from, to]: [Point; 2], directions: [Vec2; 2]) -> Point {
         let crossing = sleeve.crossings[k];
-        let mut finer = FINER_GRIDS.iter().map(|finer| self.snap(crossing, *finer));
-        finer.find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(crossing)
+        self.snapped(crossing).find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(crossing)
     }
 
     /// The outline with fewer points, or None if that strays further than the tolerance.
@@ -187,7 +186,7 @@ impl Fit {
     fn anchor(&self, outline: &Spline, sleeve: &Sleeve, k: usize) -> Point {
         let joint = outline.joints[k];
         let fits = |p: &Point| (*p - joint).hypot2() <= self.tolerance * self.tolerance && sleeve.cell(k).holds(*p);
-        let finer = || FINER_GRIDS.iter().map(|finer| self.snap(joint, *finer)).find(fits);
+        let finer = || self.snapped(joint).find(fits);
         if !outline.closed && (k == 0 || k + 1 == outline.joints.len()) {
             return finer().unwrap_or(joint);
         }
@@ -195,9 +194,17 @@ impl Fit {
         let direction = outline.direction(k) / outline.direction(k).hypot2().sqrt();
         let off = |p: Point| (p - joint).cross(direction).abs() + ALONG * (p - joint).dot(direction).abs();
         let mut nearby = around(joint, self.units).map(|p| (off(p), p));
-        nearby.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // The nearest to the curve, which is looked at first, nearly always fits.
-        nearby.iter().map(|(_, p)| *p).find(fits).or_else(finer).unwrap_or(joint)
+        // The nearest to the curve nearly always fits: only where it does not, the others are put in order.
+        let nearest = nearby.iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| *p);
+        nearest.filter(fits).unwrap_or_else(|| {
+            nearby.sort_by(|a, b| a.0.total_cmp(&b.0));
+            nearby.iter().map(|(_, p)| *p).find(fits).or_else(finer).unwrap_or(joint)
+        })
+    }
+
+    /// A point on the grid and on finer ones, the coarsest first.
+    fn snapped(self, p: Point) -> impl Iterator<Item = Point> {
+        FINER_GRIDS.iter().map(move |finer| self.snap(p, *finer))
     }
 
     fn snap(&self, p: Point, finer: f64) -> Point {
@@ -208,8 +215,12 @@ impl Fit {
 
 /// The nine points of a grid around p.
 fn around(p: Point, units: f64) -> [Point; 9] {
-    let (x, y) = ((p.x * units).round(), (p.y * units).round());
-    std::array::from_fn(|k| Point::new((x + (k % 3) as f64 - 1.0) / units, (y + (k / 3) as f64 - 1.0) / units))
+    let steps = |v: f64| {
+        let nearest = (v * units).round();
+        [0.0, 1.0, 2.0].map(|step| (nearest + step - 1.0) / units)
+    };
+    let (x, y) = (steps(p.x), steps(p.y));
+    std::array::from_fn(|k| Point::new(x[k % 3], y[k / 3]))
 }
 
 /// Twice the signed area of the triangle a, b, c: positive when c lies to the left of a to b (from +x towards +y).
@@ -291,9 +302,11 @@ impl Spline {
     }
 
     fn flattened(&self, tolerance: f64) -> Flattened {
-        let mut points = vec![self.joints[0]];
-        let mut places = vec![0];
-        for k in 0..self.controls.len() {
+        let pieces = self.controls.len();
+        let (mut points, mut places) = (Vec::with_capacity(1 + 6 * pieces), Vec::with_capacity(1 + pieces));
+        points.push(self.joints[0]);
+        places.push(0);
+        for k in 0..pieces {
             if self.corners[k] {
                 points.extend([self.controls[k], self.joints[k + 1]]);
             } else {
@@ -323,7 +336,8 @@ impl Spline {
     fn direction(&self, k: usize) -> Vec2 {
         let n = self.controls.len();
         if self.closed {
-            self.controls[k % n] - self.controls[(k + n - 1) % n]
+            let before = if k == 0 { n } else { k };
+            self.controls[if k == n { 0 } else { k }] - self.controls[before - 1]
         } else if k == 0 {
             self.controls[0] - self.joints[0]
         } else if k == n {
@@ -424,7 +438,7 @@ impl<'a> Sleeve<'a> {
     }
 
     fn cell(&self, k: usize) -> &Cell {
-        &self.cells[if self.closed { k % self.cells.len() } else { k }]
+        &self.cells[if self.closed && k == self.cells.len() { 0 } else { k }]
     }
 
     /// Whether a polyline from a point in cell `first` to one in cell `last` walks through the cells between, one after the other.
@@ -501,7 +515,11 @@ struct Fitter<'a> {
     heading: Option<Vec2>,
     path: BezPath,
     /// Points of the outline between the ends of a run, with their places on the cubic.
-    samples: Vec<(Point, f64)>,
+    samples: Samples<LONGEST_RUN>,
+    /// The square of the largest distance within the tolerance.
+    near: f64,
+    /// The same of the distance within which two flattened curves must lie.
+    nearer: f64,
     polyline: Vec<Point>,
 }
 
@@ -528,7 +546,9 @@ impl<'a> Fitter<'a> {
             surplus: 0.0,
             heading: None,
             path,
-            samples: Vec::new(),
+            samples: Samples::new(),
+            near: square_within(fit.tolerance),
+            nearer: square_within(fit.tolerance * (1.0 - 2.0 * MEASURED)),
             polyline: Vec::new(),
         }
     }
@@ -537,28 +557,8 @@ impl<'a> Fitter<'a> {
     fn run(&mut self) -> Option<()> {
         let n = self.outline.controls.len();
         let mut k = 0;
-        let mut runs: Vec<(usize, CubicBez)> = Vec::new();
         while k < n {
-            runs.clear();
-            // One run that does not fit may be followed by a longer one that does; two hardly ever are.
-            let mut misses = 0;
-            // Nearly all runs are of three pieces or more.
-            for length in 3..=LONGEST_RUN.min(n - k) {
-                match self.cubic(k, length) {
-                    Some(cubic) => {
-                        runs.push((length, cubic));
-                        misses = 0;
-                    }
-                    None => misses += 1,
-                }
-                if misses == 2 {
-                    break;
-                }
-            }
-            if runs.is_empty() && k + 2 <= n {
-                runs.extend(self.cubic(k, 2).map(|cubic| (2, cubic)));
-            }
-            match runs.iter().rev().find_map(|(length, cubic)| Some((*length, self.finished(k, *length, cubic)?))) {
+            match self.longest_run(k) {
                 Some((length, cubic)) => {
                     self.push(k, length, PathEl::CurveTo(cubic.p1, cubic.p2, cubic.p3), cubic.signed_area());
                     self.heading = Some(cubic.p3 - cubic.p2);
@@ -572,6 +572,40 @@ impl<'a> Fitter<'a> {
             }
         }
         Some(())
+    }
+
+    /// The longest run from piece k on that one cubic replaces, of two pieces or more, and the cubic.
+    fn longest_run(&mut self, k: usize) -> Option<(usize, CubicBez)> {
+        self.samples.begin(self.anchors[k]);
+        let mut tried = [None; LONGEST_RUN + 1];
+        let mut longest = LONGEST_RUN.min(self.outline.controls.len() - k);
+        let mut cubic = |length: usize| *tried[length].get_or_insert_with(|| self.cubic(k, length));
+        // One run that does not fit may be followed by a longer one that does; two hardly ever are. To find two it is enough to try
+        // every other, and both beside one that does not fit. Nearly all runs are of three pieces or more.
+        let mut length = 4;
+        while length <= longest {
+            if cubic(length).is_none() {
+                if cubic(length - 1).is_none() {
+                    longest = length - 2;
+                } else if length < longest && cubic(length + 1).is_none() {
+                    longest = length - 1;
+                }
+            }
+            length += 2;
+        }
+        let mut any = false;
+        for length in (3..=longest).rev() {
+            let found = *tried[length].get_or_insert_with(|| self.cubic(k, length));
+            any |= found.is_some();
+            if let Some(cubic) = found.and_then(|cubic| self.finished(k, length, &cubic)) {
+                return Some((length, cubic));
+            }
+        }
+        if any || k + 2 > self.outline.controls.len() {
+            return None;
+        }
+        let cubic = self.cubic(k, 2)?;
+        Some((2, self.finished(k, 2, &cubic)?))
     }
 
     fn push(&mut self, k: usize, length: usize, element: PathEl, area: f64) {
@@ -606,14 +640,18 @@ impl<'a> Fitter<'a> {
         let is_last = k + length == self.outline.controls.len();
         self.sample(k, length);
         let mut cubic = self.least_squares(p0, p3, begin, end, is_last);
+        self.samples.project(&cubic);
         // Places and cubic follow each other; most runs that fit at all do so after one more round.
-        for _ in 0..ROUNDS {
-            self.project(&cubic);
+        for round in 1.. {
             cubic = self.least_squares(p0, p3, begin, end, is_last);
-            self.project(&cubic);
-            if self.deviation(&cubic) <= self.fit.tolerance {
+            self.samples.project_and_measure(&cubic);
+            if self.samples.are_near(self.near) {
                 return Some(cubic);
             }
+            if round == ROUNDS {
+                break;
+            }
+            self.samples.project_measured(&cubic);
         }
         None
     }
@@ -621,13 +659,13 @@ impl<'a> Fitter<'a> {
     /// The cubic with rounded control points, if it is still near enough and stays in its cells.
     fn finished(&mut self, k: usize, length: usize, cubic: &CubicBez) -> Option<CubicBez> {
         self.sample(k, length);
-        self.project(cubic);
-        self.project(cubic);
+        self.samples.project(cubic);
+        self.samples.project_and_measure(cubic);
         let cubic = self.rounded(cubic, self.outline_area(k, length) - self.surplus, k + length);
-        self.project(&cubic);
+        self.samples.project_and_measure(&cubic);
         let chord = cubic.p3 - cubic.p0;
         let legs = [cubic.p1 - cubic.p0, cubic.p2 - cubic.p1, cubic.p3 - cubic.p2];
-        if self.deviation(&cubic) > self.fit.tolerance || legs.iter().any(|leg| leg.dot(chord) < 0.0) {
+        if !self.samples.are_near(self.near) || legs.iter().any(|leg| leg.dot(chord) < 0.0) {
             return None;
         }
         let directions = self.outline.directions(k, length);
@@ -639,30 +677,16 @@ impl<'a> Fitter<'a> {
             self.sleeve.holds(&self.polyline, k, k + length, directions)
         });
         let pieces = self.flattened.part(k, k + length);
-        let distance = self.fit.tolerance * (1.0 - 2.0 * MEASURED);
-        let is_near = || keeps_within(distance, &self.polyline, pieces) && keeps_within(distance, pieces, &self.polyline);
+        let is_near = || keeps_within(self.nearer, &self.polyline, pieces) && keeps_within(self.nearer, pieces, &self.polyline);
         (stays && is_near()).then_some(cubic)
     }
 
-    /// Points of the outline between joints k and k + length: the middle of every piece and the joints.
+    /// Puts the samples on the outline between joints k and k + length: the middle of every piece and the joints.
     fn sample(&mut self, k: usize, length: usize) {
-        self.samples.clear();
-        let mut way = 0.0;
-        let mut last = self.anchors[k];
-        for piece in k..k + length {
-            let middle = self.outline.middle(piece);
-            way += (middle - last).hypot2().sqrt();
-            self.samples.push((middle, way));
-            let joint = self.outline.joints[piece + 1];
-            way += (joint - middle).hypot2().sqrt();
-            if piece + 1 < k + length {
-                self.samples.push((joint, way));
-            }
-            last = joint;
+        for piece in k + self.samples.added()..k + length {
+            self.samples.add(self.outline.middle(piece), self.outline.joints[piece + 1]);
         }
-        for (_, t) in &mut self.samples {
-            *t /= way;
-        }
+        self.samples.place_evenly(length);
     }
 
     /// The cubic with the given ends and tangents that lies nearest to the samples at their places (after Schneider, 1990). Its end
@@ -670,29 +694,13 @@ impl<'a> Fitter<'a> {
     fn least_squares(&self, p0: Point, p3: Point, begin: Vec2, end: Vec2, is_last: bool) -> CubicBez {
         let chord = (p3 - p0).hypot2().sqrt();
         let aside = Vec2::new(-end.y, end.x);
-        let (mut aa, mut ab, mut bb, mut ac, mut bc, mut cc, mut ax, mut bx, mut cx) =
-            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        for (point, t) in &self.samples {
-            let u = 1.0 - t;
-            let (b1, b2) = (3.0 * u * u * t, 3.0 * u * t * t);
-            let (a, b, c) = (begin * b1, end * -b2, aside * b2);
-            let base = p0.to_vec2() * (u * u * u + b1) + p3.to_vec2() * (b2 + t * t * t);
-            let rest = point.to_vec2() - base;
-            aa += a.dot(a);
-            ab += a.dot(b);
-            ac += a.dot(c);
-            bb += b.dot(b);
-            bc += b.dot(c);
-            cc += c.dot(c);
-            ax += a.dot(rest);
-            bx += b.dot(rest);
-            cx += c.dot(rest);
-        }
-        cc *= if is_last { FIXED } else { 1.0 + STIFFNESS };
-        let det = aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ac) + ac * (ab * bc - bb * ac);
-        let alpha = (ax * (bb * cc - bc * bc) - ab * (bx * cc - bc * cx) + ac * (bx * bc - bb * cx)) / det;
-        let beta = (aa * (bx * cc - bc * cx) - ax * (ab * cc - bc * ac) + ac * (ab * cx - bx * ac)) / det;
-        let gamma = (aa * (bb * cx - bx * bc) - ab * (ab * cx - bx * ac) + ax * (ab * bc - bb * ac)) / det;
+        let Products { aa, ab, ac, bb, ar, br, cr } = self.samples.products([p0, p3], [begin, end]);
+        // Three equations in three unknowns, solved by determinants, in which the product of b and c is 0.
+        let cc = bb * if is_last { FIXED } else { 1.0 + STIFFNESS };
+        let det = aa * (bb * cc) - ab * (ab * cc) - ac * (bb * ac);
+        let alpha = (ar * (bb * cc) - ab * (br * cc) - ac * (bb * cr)) / det;
+        let beta = (aa * (br * cc) - ar * (ab * cc) + ac * (ab * cr - br * ac)) / det;
+        let gamma = (aa * (bb * cr) - ab * (ab * cr - br * ac) - ar * (bb * ac)) / det;
         let range = 0.05 * chord..=1.5 * chord;
         if range.contains(&alpha) && range.contains(&beta) && gamma.abs() <= 0.5 * beta {
             CubicBez::new(p0, p0 + begin * alpha, p3 - end * beta + aside * gamma, p3)
@@ -701,45 +709,10 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    /// Moves the samples' places towards the nearest points of the cubic, by one step of Newton's method.
-    fn project(&mut self, cubic: &CubicBez) {
-        let first = cubic.deriv();
-        let second = first.deriv();
-        for (point, t) in &mut self.samples {
-            let off = cubic.eval(*t) - *point;
-            let d1 = first.eval(*t).to_vec2();
-            let slope = d1.dot(d1) + off.dot(second.eval(*t).to_vec2());
-            let next = *t - off.dot(d1) / slope;
-            if slope > 0.0 && (0.0..=1.0).contains(&next) {
-                *t = next;
-            }
-        }
-    }
-
-    /// The largest distance of a sample from its place on the cubic.
-    fn deviation(&self, cubic: &CubicBez) -> f64 {
-        let largest = self.samples.iter().map(|(point, t)| (cubic.eval(*t) - *point).hypot2()).fold(0.0, f64::max);
-        largest.sqrt()
-    }
-
     /// The cubic with its control points on the grid: of those around, the ones with which it lies nearest to the samples,
     /// sideways, and its area comes near to the wanted one.
     fn rounded(&self, cubic: &CubicBez, wanted: f64, last: usize) -> CubicBez {
-        // The sum of squared distances is a quadratic function of the steps of both control points.
-        let (mut own, mut between, mut linear) = ([[0.0; 3]; 2], [0.0; 4], [Vec2::ZERO; 2]);
-        let derivative = cubic.deriv();
-        for (point, t) in &self.samples {
-            let along = derivative.eval(*t).to_vec2();
-            let aside = Vec2::new(-along.y, along.x) / along.hypot2().sqrt();
-            let rest = (cubic.eval(*t) - *point).dot(aside);
-            let u = 1.0 - t;
-            let (a, b) = (aside * (3.0 * u * u * t), aside * (3.0 * u * t * t));
-            for (k, v) in [a, b].into_iter().enumerate() {
-                linear[k] += v * (2.0 * rest);
-                own[k] = [own[k][0] + v.x * v.x, own[k][1] + 2.0 * v.x * v.y, own[k][2] + v.y * v.y];
-            }
-            between = [between[0] + a.x * b.x, between[1] + a.x * b.y, between[2] + a.y * b.x, between[3] + a.y * b.y];
-        }
+        let Quadratic { own, between, linear } = self.samples.quadratic(cubic);
         let cost_of = |k: usize, step: Vec2| {
             let [xx, xy, yy] = own[k];
             linear[k].dot(step) + xx * step.x * step.x + xy * step.x * step.y + yy * step.y * step.y
@@ -750,21 +723,43 @@ impl<'a> Fitter<'a> {
             |k: usize, p: Vec2| if k == 0 { 6.0 * p0.cross(p) + 3.0 * p.cross(p3) } else { 3.0 * p0.cross(p) + 6.0 * p.cross(p3) };
         let chord = (cubic.p3 - cubic.p0).hypot2();
         // The area as a mean distance along the chord.
-        let weight = self.area_weight(last) * self.samples.len() as f64 / chord;
+        let weight = self.area_weight(last) * self.samples.count() as f64 / chord;
         let candidates = [cubic.p1, cubic.p2].map(|p| around(p, self.fit.units));
-        let parts: [[(Vec2, f64, f64); 9]; 2] = std::array::from_fn(|k| {
-            let from = [cubic.p1, cubic.p2][k];
-            candidates[k].map(|p| (p - from, cost_of(k, p - from), area_of(k, p.to_vec2())))
+        let of = |k: usize, p: Point| {
+            let step = p - [cubic.p1, cubic.p2][k];
+            (step, cost_of(k, step), area_of(k, p.to_vec2()))
+        };
+        // Those of the second point two by two; the tenth is none.
+        let seconds: [[Pair; 6]; 5] = std::array::from_fn(|pair| {
+            let each = [2 * pair, 2 * pair + 1].map(|i| match candidates[1].get(i) {
+                Some(p) => {
+                    let (step, cost, area) = of(1, *p);
+                    [p.x, p.y, step.x, step.y, cost, area]
+                }
+                None => [f64::INFINITY; 6],
+            });
+            std::array::from_fn(|value| Pair([each[0][value], each[1][value]]))
         });
         let mut best = (f64::INFINITY, *cubic);
-        for (p1, (step1, cost1, area1)) in candidates[0].iter().zip(&parts[0]) {
+        for p1 in candidates[0] {
+            let (step1, cost1, area1) = of(0, p1);
             let across = Vec2::new(between[0] * step1.x + between[2] * step1.y, between[1] * step1.x + between[3] * step1.y) * 2.0;
-            for (p2, (step2, cost2, area2)) in candidates[1].iter().zip(&parts[1]) {
-                let area = (p0.cross(p3) + area1 + area2 + 3.0 * p1.to_vec2().cross(p2.to_vec2())) / 20.0;
-                let off = area - wanted;
-                let cost = cost1 + cost2 + across.dot(*step2) + weight * off * off;
+            let rest = p0.cross(p3) + area1;
+            let costs = seconds.map(|[x, y, step_x, step_y, cost2, area2]| {
+                let cross = y * p1.x - x * p1.y;
+                let area = (Pair::of(rest) + area2 + cross * 3.0).map(|area| area / 20.0);
+                let off = area - Pair::of(wanted);
+                Pair::of(cost1) + cost2 + (step_x * across.x + step_y * across.y) + off * weight * off
+            });
+            // Few rows have one that is better than all before: the others need no look at each.
+            let less = |cost: f64, least: f64| if cost < least { cost } else { least };
+            let least = costs.iter().fold(Pair::of(f64::INFINITY), |least, cost| cost.with(least, less));
+            if !least.0.iter().any(|cost| *cost < best.0) {
+                continue;
+            }
+            for (p2, cost) in candidates[1].iter().zip(costs.iter().flat_map(|pair| pair.0)) {
                 if cost < best.0 {
-                    best = (cost, CubicBez { p1: *p1, p2: *p2, ..*cubic });
+                    best = (cost, CubicBez { p1, p2: *p2, ..*cubic });
                 }
             }
         }
@@ -789,22 +784,36 @@ impl<'a> Fitter<'a> {
             let off = QuadBez::new(from, *p, to).signed_area() - wanted;
             self.area_weight(k + 1) * off * off / (to - from).hypot2() + (*p - control).hypot2()
         };
-        let mut nearby = around(control, self.fit.units);
-        nearby.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        let finer = FINER_GRIDS.map(|finer| self.fit.snap(control, finer));
-        let mut candidates = nearby.into_iter().chain(finer).filter(is_near).map(|p| QuadBez::new(from, p, to));
+        let mut nearby = around(control, self.fit.units).map(|p| (cost(&p), p));
+        nearby.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let finer = self.fit.snapped(control);
+        let points = nearby.into_iter().map(|(_, p)| p).chain(finer).filter(is_near);
+        let mut candidates = points.map(|p| QuadBez::new(from, p, to));
         let quad = candidates.find(|quad| self.sleeve.holds_quad(quad, k, directions, &mut self.polyline))?;
         self.push(k, 1, PathEl::QuadTo(quad.p1, to), quad.signed_area());
         Some(())
     }
 }
 
-/// Whether every point of one polyline lies within a distance of another, both followed from begin to end.
-fn keeps_within(distance: f64, polyline: &[Point], of: &[Point]) -> bool {
+/// The largest number with a square root that is not above a distance: squares compare with it as roots do with the distance.
+fn square_within(distance: f64) -> f64 {
+    let mut square = distance * distance;
+    while square.sqrt() > distance {
+        square = square.next_down();
+    }
+    while square.next_up().sqrt() <= distance {
+        square = square.next_up();
+    }
+    square
+}
+
+/// Whether every point of one polyline lies within a distance of another, of which the square is given, both followed from begin to
+/// end.
+fn keeps_within(square: f64, polyline: &[Point], of: &[Point]) -> bool {
     let mut segment = 0;
     polyline.iter().all(|p| {
         while segment + 1 < of.len() {
-            if distance_to_segment(*p, of[segment], of[segment + 1]) <= distance {
+            if square_to_segment(*p, of[segment], of[segment + 1]) <= square {
                 return true;
             }
             segment += 1;

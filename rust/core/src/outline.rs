@@ -17,6 +17,7 @@
 //! two (its boundary is more than one chain) is a region. With irregularity a dot is a closed curve (see [`crate::irregular`]).
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use kurbo::{Point, Vec2};
 use rayon::prelude::*;
@@ -145,7 +146,8 @@ pub fn outline(
         return Err(Error::Input(format!("the tone of node {i} is {tone}, but it must be finite")));
     }
     let frame = Frame { width: width as f64, height: height as f64 };
-    let chains = trace(triangulation, labels, components)?;
+    let part = count.div_ceil(rayon::current_num_threads()).max(LEAST_PART);
+    let chains = trace(triangulation, labels, components, part)?;
     control.report(0.3)?;
 
     let mut chains_of = vec![0u32; components.sizes.len()];
@@ -155,7 +157,7 @@ pub fn outline(
     }
     // A dot needs something around it: one chain over two edges or more, whose far ends are then joined to each other.
     let is_dot = |component: u32, chain: &Chain| {
-        components.sizes[component as usize] == 1 && chains_of[component as usize] == 1 && chain.edges.len() >= 2
+        components.sizes[component as usize] == 1 && chains_of[component as usize] == 1 && chain.edges.1.len() >= 2
     };
     let mut component_areas = vec![0.0; components.sizes.len()];
     for (component, area) in components.ids.iter().zip(cell_areas) {
@@ -169,7 +171,7 @@ pub fn outline(
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
     let shape_of = |chain: &Chain| -> Result<Shape> {
         control.check()?;
-        let edges = &chains.edges[chain.edges.clone()];
+        let edges = chains.edges(chain);
         let site = |node: u32| point(triangulation.graph.sites[node as usize]);
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
         let dot = [(chain.black, chain.white), (chain.white, chain.black)].into_iter().find(|(own, _)| is_dot(*own, chain));
@@ -214,7 +216,7 @@ pub fn outline(
                     vertices += 1;
                     drawn_as_dot[own as usize] = true;
                 } else {
-                    vertices += chain.edges.len();
+                    vertices += chain.edges.1.len();
                 }
                 parts.curves.push((path, [chain.black, chain.white]));
             }
@@ -250,6 +252,7 @@ fn point(p: [f64; 2]) -> Point {
 }
 
 /// A boundary between two components.
+#[derive(Debug)]
 struct Chain {
     /// The component on its left.
     black: u32,
@@ -257,72 +260,160 @@ struct Chain {
     white: u32,
     /// For an open chain, the sides of the frame on which it begins and ends.
     ends: Option<[Side; 2]>,
-    /// Its crossing edges, in order, in [`Chains::edges`].
-    edges: std::ops::Range<usize>,
+    /// Its crossing edges, in order: which of [`Chains::edges`].
+    edges: (usize, Range<usize>),
 }
 
 struct Chains {
     chains: Vec<Chain>,
-    /// Crossing edges as (black node, white node).
+    /// Crossing edges as (black node, white node), those of each part of the nodes.
+    edges: Vec<Vec<[u32; 2]>>,
+}
+
+impl Chains {
+    fn edges(&self, chain: &Chain) -> &[[u32; 2]] {
+        let (part, range) = &chain.edges;
+        &self.edges[*part][range.clone()]
+    }
+}
+
+/// Finds all chains: open ones first, then closed ones, each in the order of the edges that they begin with. A closed chain begins
+/// with the first of its edges, so every thread finds those that begin in its part of the nodes, of which `size` make one. The
+/// chains do not depend on it.
+fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components, size: usize) -> Result<Chains> {
+    let count = labels.len();
+    let parts = (0..count.div_ceil(size)).into_par_iter().map(|part| {
+        let nodes = part * size..((part + 1) * size).min(count);
+        let mut tracer = Tracer::new(triangulation, labels, components, part, nodes);
+        let open = tracer.find(true)?;
+        let closed = tracer.find(false)?;
+        Ok((open, closed, tracer.edges))
+    });
+    let mut found = Chains { chains: Vec::new(), edges: Vec::new() };
+    let mut all_closed = Vec::new();
+    for (open, closed, edges) in parts.collect::<Result<Vec<_>>>()? {
+        found.chains.extend(open);
+        all_closed.push(closed);
+        found.edges.push(edges);
+    }
+    found.chains.extend(all_closed.into_iter().flatten());
+    Ok(found)
+}
+
+/// Nodes of a part at least.
+const LEAST_PART: usize = 1 << 14;
+
+/// Finds the chains that begin in one part of the nodes.
+struct Tracer<'a> {
+    triangulation: &'a Triangulation,
+    labels: &'a [u8],
+    components: &'a Components,
+    part: usize,
+    nodes: Range<usize>,
+    /// The part's directed edges, as numbered in the graph, and which of them were walked along.
+    slots: Range<usize>,
+    visited: Vec<bool>,
     edges: Vec<[u32; 2]>,
 }
 
-/// Finds all chains: open ones first, then closed ones, each in the order of the edges that they begin with.
-fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components) -> Result<Chains> {
-    let graph = &triangulation.graph;
-    let mut visited = vec![false; graph.neighbors.len()];
-    let mut chains = Chains { chains: Vec::new(), edges: Vec::new() };
-    let lost = || Error::Internal("a boundary runs along an edge that is not there".into());
-    for open in [true, false] {
-        for black in (0..graph.sites.len()).filter(|i| labels[*i] == 0) {
+impl<'a> Tracer<'a> {
+    fn new(
+        triangulation: &'a Triangulation,
+        labels: &'a [u8],
+        components: &'a Components,
+        part: usize,
+        nodes: Range<usize>,
+    ) -> Self {
+        let offset = |node: usize| triangulation.graph.offsets[node] as usize;
+        let slots = offset(nodes.start)..offset(nodes.end);
+        let visited = vec![false; slots.len()];
+        Self { triangulation, labels, components, part, nodes, slots, visited, edges: Vec::new() }
+    }
+
+    /// The open chains, or then the closed ones.
+    fn find(&mut self, open: bool) -> Result<Vec<Chain>> {
+        let graph = &self.triangulation.graph;
+        let mut chains = Vec::new();
+        for black in self.nodes.clone().filter(|i| self.labels[*i] == 0) {
             let row = graph.offsets[black] as usize..graph.offsets[black + 1] as usize;
-            if open && !row.clone().any(|slot| matches!(triangulation.left(slot), Beside::Frame(_))) {
+            let at_frame = |slot| matches!(self.triangulation.left(slot), Beside::Frame(_));
+            if open && !row.clone().any(at_frame) {
                 continue;
             }
             for first in row {
                 let white = graph.neighbors[first];
-                if labels[white as usize] == 0 || visited[first] {
+                if self.labels[white as usize] == 0 || self.visited[first - self.slots.start] {
                     continue;
                 }
                 let begin = if open {
-                    let behind = triangulation.slot(white, black as u32).ok_or_else(lost)?;
-                    match triangulation.left(behind) {
+                    let behind = self.triangulation.slot(white, black as u32).ok_or_else(lost)?;
+                    match self.triangulation.left(behind) {
                         Beside::Frame(side) => Some(side),
                         Beside::Node(_) => continue,
                     }
                 } else {
                     None
                 };
-                let start = chains.edges.len();
-                let (mut slot, mut edge) = (first, [black as u32, white]);
-                let end = loop {
-                    visited[slot] = true;
-                    chains.edges.push(edge);
-                    match triangulation.left(slot) {
-                        Beside::Frame(side) => break Some(side),
-                        Beside::Node(third) if labels[third as usize] == 0 => edge[0] = third,
-                        Beside::Node(third) => edge[1] = third,
+                let start = self.edges.len();
+                let ends = match (begin, self.walk(first, [black as u32, white], open)?) {
+                    (Some(begin), Walked::ToFrame(end)) => Some([begin, end]),
+                    (None, Walked::Around) => None,
+                    // It begins in another part.
+                    (None, _) => {
+                        self.edges.truncate(start);
+                        continue;
                     }
-                    slot = triangulation.slot(edge[0], edge[1]).ok_or_else(lost)?;
-                    if slot == first {
-                        break None;
-                    }
-                };
-                let ends = match (begin, end) {
-                    (Some(begin), Some(end)) => Some([begin, end]),
-                    (None, None) => None,
                     _ => return Err(Error::Internal("a boundary has one end only".into())),
                 };
-                chains.chains.push(Chain {
-                    black: components.ids[black],
-                    white: components.ids[white as usize],
+                chains.push(Chain {
+                    black: self.components.ids[black],
+                    white: self.components.ids[white as usize],
                     ends,
-                    edges: start..chains.edges.len(),
+                    edges: (self.part, start..self.edges.len()),
                 });
             }
         }
+        Ok(chains)
     }
-    Ok(chains)
+
+    /// Walks along a chain from one of its edges, and writes down what it crosses. One that may be closed is left as soon as an edge
+    /// comes before its first, or was walked along already: then it began there.
+    fn walk(&mut self, first: usize, mut edge: [u32; 2], open: bool) -> Result<Walked> {
+        let mut slot = first;
+        loop {
+            match self.visited.get_mut(slot.wrapping_sub(self.slots.start)) {
+                Some(visited) if *visited && !open => return Ok(Walked::FromElsewhere),
+                Some(visited) => *visited = true,
+                None => {}
+            }
+            self.edges.push(edge);
+            match self.triangulation.left(slot) {
+                Beside::Frame(side) => return Ok(Walked::ToFrame(side)),
+                Beside::Node(third) if self.labels[third as usize] == 0 => edge[0] = third,
+                Beside::Node(third) => edge[1] = third,
+            }
+            slot = self.triangulation.slot(edge[0], edge[1]).ok_or_else(lost)?;
+            if slot == first {
+                return Ok(Walked::Around);
+            }
+            if slot < first && !open {
+                return Ok(Walked::FromElsewhere);
+            }
+        }
+    }
+}
+
+/// How walking along a chain ended.
+enum Walked {
+    /// Back where it began.
+    Around,
+    ToFrame(Side),
+    /// Where it is known that the chain begins elsewhere.
+    FromElsewhere,
+}
+
+fn lost() -> Error {
+    Error::Internal("a boundary runs along an edge that is not there".into())
 }
 
 /// The triangles around the node of a dot.
@@ -421,5 +512,32 @@ impl Star {
             Some([begin, end]) => [(first, begin), (last, end)].map(|(p, side)| Some([p, self.frame.project(p, side)])),
         };
         self.rim.windows(2).map(|pair| [pair[0], pair[1]]).chain(others.into_iter().flatten())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::components::components;
+    use crate::triangulation::triangulate;
+
+    #[test]
+    fn parts_do_not_show() {
+        let random = |i: usize| 0.5 + 0.49 * f64::from(crate::noise::noise(i as u64));
+        let sites = (0..2000).map(|i| [40.0 * random(2 * i), 30.0 * random(2 * i + 1)]).collect();
+        let triangulation = triangulate(sites, 40, 30, &Control::new()).unwrap();
+        let side = |[x, y]: [f64; 2]| libm::sin(0.9 * x) + libm::sin(1.1 * y);
+        let labels: Vec<u8> = triangulation.graph.sites.iter().map(|site| u8::from(side(*site) > 0.1)).collect();
+        let components = components(&triangulation.graph, &labels);
+        let found = |size: usize| {
+            let chains = trace(&triangulation, &labels, &components, size).unwrap();
+            let sides = |chain: &Chain| (chain.black, chain.white, chain.ends, chains.edges(chain).to_vec());
+            chains.chains.iter().map(sides).collect::<Vec<_>>()
+        };
+        let whole = found(2000);
+        assert!(whole.iter().any(|chain| chain.2.is_some()) && whole.iter().filter(|chain| chain.2.is_none()).count() > 5);
+        for size in [1, 30, 777] {
+            assert_eq!(found(size), whole);
+        }
     }
 }

@@ -173,14 +173,22 @@ pub fn check_size(width: usize, height: usize) -> Result<()> {
     Ok(())
 }
 
-/// The marks of a level as polygons, in pixels of the raster.
-struct Polygons {
+/// Marks of a level that are flattened at once.
+const BATCH: usize = 1024;
+
+/// The marks of a level, in batches.
+struct Flattened {
     ink: Ink,
+    batches: Vec<Polygons>,
+}
+
+/// Marks as polygons, in pixels of the raster.
+struct Polygons {
     points: Vec<[f32; 2]>,
     outlines: Vec<Outline>,
 }
 
-/// One polygon of a level: which points, and which rows it spans.
+/// One polygon of a batch: which points, and which rows it spans.
 struct Outline {
     begin: usize,
     end: usize,
@@ -205,32 +213,38 @@ impl Polygons {
 }
 
 /// All levels, lowest first, at `scale` raster pixels per pixel of the canvas in x and y.
-fn flatten(drawing: &Drawing, scale: [f64; 2]) -> Vec<Polygons> {
+fn flatten(drawing: &Drawing, scale: [f64; 2]) -> Vec<Flattened> {
+    let flatten_level = |level: crate::drawing::Level| Flattened {
+        ink: level.ink,
+        batches: level.marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks)).collect(),
+    };
+    drawing.levels().into_iter().map(flatten_level).collect()
+}
+
+fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark]) -> Polygons {
     let larger = scale[0].max(scale[1]);
-    let flatten_level = |level: crate::drawing::Level| {
-        let mut polygons = Polygons { ink: level.ink, points: Vec::new(), outlines: Vec::with_capacity(level.marks.len()) };
-        for mark in level.marks {
-            match mark {
-                Mark::Stipple(i) => {
-                    polygons.push(scale, drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger).into_iter());
-                }
-                Mark::Region(i) => {
-                    let path = drawing.ring_path(&drawing.regions[i as usize].exterior);
-                    let mut points = Vec::with_capacity(4 * path.elements().len());
-                    kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
-                        points.extend(element.end_point().map(|p| [p.x, p.y]));
-                    });
-                    polygons.push(scale, points.into_iter());
-                }
+    let mut polygons = Polygons { points: Vec::new(), outlines: Vec::with_capacity(marks.len()) };
+    let mut points = Vec::new();
+    for mark in marks {
+        match *mark {
+            Mark::Stipple(i) => {
+                polygons.push(scale, drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger).into_iter());
+            }
+            Mark::Region(i) => {
+                points.clear();
+                let path = drawing.ring_path(&drawing.regions[i as usize].exterior);
+                kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
+                    points.extend(element.end_point().map(|p| [p.x, p.y]));
+                });
+                polygons.push(scale, points.drain(..));
             }
         }
-        polygons
-    };
-    drawing.levels().into_par_iter().map(flatten_level).collect()
+    }
+    polygons
 }
 
 /// Paints in bands of `rows` rows.
-fn paint(levels: &[Polygons], width: usize, height: usize, rows: usize) -> Vec<u8> {
+fn paint(levels: &[Flattened], width: usize, height: usize, rows: usize) -> Vec<u8> {
     let mut values = vec![0u8; width * height];
     values.par_chunks_mut(width * rows).enumerate().for_each(|(band, values)| {
         paint_band(levels, width, band * rows, values);
@@ -239,15 +253,17 @@ fn paint(levels: &[Polygons], width: usize, height: usize, rows: usize) -> Vec<u
 }
 
 /// Paints the rows from `first_row` that `values` holds.
-fn paint_band(levels: &[Polygons], width: usize, first_row: usize, values: &mut [u8]) {
+fn paint_band(levels: &[Flattened], width: usize, first_row: usize, values: &mut [u8]) {
     let rows = values.len() / width;
     let (top, bottom) = (first_row as f32, (first_row + rows) as f32);
     let mut pixmap = Pixmap::new(width as u32, rows as u32).expect("a band has pixels, and fewer than 2^26 of them");
     pixmap.fill(Color::WHITE);
     for level in levels {
         let mut builder = PathBuilder::new();
-        for outline in level.outlines.iter().filter(|outline| outline.bottom > top && outline.top < bottom) {
-            push_within(&mut builder, &level.points[outline.begin..outline.end], top, bottom);
+        for batch in &level.batches {
+            for outline in batch.outlines.iter().filter(|outline| outline.bottom > top && outline.top < bottom) {
+                push_within(&mut builder, &batch.points[outline.begin..outline.end], top, bottom);
+            }
         }
         // An empty level, or one whose outlines all fell onto a point or a line, has no path.
         let Some(path) = builder.finish() else { continue };
