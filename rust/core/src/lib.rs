@@ -38,6 +38,7 @@ pub mod saliency;
 mod samples;
 pub mod session;
 pub mod split;
+mod stripes;
 pub mod svg;
 pub mod tone;
 pub mod triangulation;

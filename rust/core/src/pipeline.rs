@@ -299,8 +299,7 @@ fn second_graph_of(
         drop(first);
         relax(sites, width, height, needs.second_graph.relax, samples(&needs.second_graph), control)
     })?;
-    // The triangulation runs on one thread; beside it another finds the cells, which need the sites alone. Those are done long
-    // before the triangulation needs most memory, and give back what they own.
+    // The cells need the sites alone, so they are found beside the triangulation: neither waits at the serial parts of the other.
     let (sites_of_cells, samples) = (sites.clone(), samples(&needs.cells));
     let (triangulation, cells) = stages.run_both(
         3,

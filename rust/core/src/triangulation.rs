@@ -10,12 +10,11 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use spade::handles::FixedVertexHandle;
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::graph::{Graph, cumulate};
+use crate::stripes::{Cut, Points, Rows, rows};
 use crate::voronoi::check_sites;
 
 /// A side of the frame, in the order in which a ring with positive area runs along it.
@@ -73,109 +72,82 @@ impl Triangulation {
     }
 }
 
-struct Vertex {
-    position: [f64; 2],
-    /// Site number, or number of sites plus number of the guard. spade's own order is not the order of insertion.
-    index: u32,
-}
-
-impl HasPosition for Vertex {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        Point2::new(self.position[0], self.position[1])
-    }
-}
-
 /// Triangulates the sites of a canvas.
 ///
 /// # Errors
 /// [`Error::Input`] if there is no site, a site is not inside the canvas, or two sites coincide; [`Error::Cancelled`].
 ///
 /// # Runtime
-/// `n log n`, nearly all of it spade's bulk load.
+/// `n log n`, most of it spade's bulk load, of several stripes side by side where there are many sites (see [`crate::stripes`]).
 pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &Control) -> Result<Triangulation> {
-    check_sites(&sites, width, height)?;
-    let guards = guards(&sites, width as f64, height as f64);
-    let count = sites.len();
-    let vertices: Vec<Vertex> = (sites.iter().copied().chain(guards.iter().map(|guard| guard.position)))
-        .enumerate()
-        .map(|(index, position)| Vertex { position, index: index as u32 })
-        .collect();
-    let total = vertices.len();
-    control.check()?;
-    let mesh = DelaunayTriangulation::<Vertex>::bulk_load(vertices)
-        .map_err(|e| Error::Internal(format!("the triangulation refused its sites: {e}")))?;
-    control.report(0.7)?;
-    if mesh.num_vertices() != total {
-        return Err(coincidence(&sites));
-    }
+    triangulate_in(sites, width, height, Cut::BEST, control)
+}
 
-    let index_of: Vec<u32> = mesh.vertices().map(|v| v.data().index).collect();
+fn triangulate_in(sites: Vec<[f64; 2]>, width: usize, height: usize, cut: Cut, control: &Control) -> Result<Triangulation> {
+    check_sites(&sites, width, height)?;
+    let frame = [width as f64, height as f64];
+    let (guards, sides): (Vec<[f64; 2]>, Vec<Side>) =
+        guards(&sites, frame[0], frame[1]).into_iter().map(|guard| (guard.position, guard.side)).unzip();
     control.check()?;
-    // Rows are read off in spade's own order of vertices, in which its edges lie close together, and put in ours afterwards.
-    let rows_of = |batch: &[u32], first: usize| {
-        let mut rows = Rows::default();
-        let mut ring: Vec<u32> = Vec::new();
-        let mut row: Vec<u64> = Vec::new();
-        for (vertex, from) in (first..).zip(batch) {
-            if *from as usize >= count {
-                continue;
-            }
-            // All around the node, in positive turn: the triangle to the left of an edge has the end of the next edge as its third
-            // node. No site lies on the hull, so the ring closes.
-            ring.clear();
-            ring.extend(mesh.vertex(FixedVertexHandle::from_index(vertex)).out_edges().map(|e| index_of[e.to().index()]));
-            row.clear();
-            for (k, to) in ring.iter().enumerate() {
-                if (*to as usize) < count {
-                    let third = ring[if k + 1 < ring.len() { k + 1 } else { 0 }];
-                    let beside = match (third as usize).checked_sub(count) {
-                        None => third,
-                        Some(guard) => FRAME + guards[guard].side as u32,
-                    };
-                    row.push(u64::from(*to) << 32 | u64::from(beside));
-                }
-            }
-            row.sort_unstable();
-            rows.nodes.push((*from, row.len() as u32));
-            rows.entries.extend_from_slice(&row);
-        }
-        rows
+    let Some(mut parts) = rows(Points { sites: &sites, guards: &guards }, frame, cut, control)? else {
+        return Err(coincidence(&sites));
     };
-    let batches: Vec<Rows> =
-        index_of.par_chunks(ROWS_A_BATCH).enumerate().map(|(k, batch)| rows_of(batch, k * ROWS_A_BATCH)).collect();
-    let mut offsets = vec![0u32; count + 1];
-    for (node, degree) in batches.iter().flat_map(|rows| &rows.nodes) {
-        offsets[*node as usize + 1] = *degree;
-    }
-    cumulate(&mut offsets);
-    let (mut neighbors, mut left) = (vec![0u32; offsets[count] as usize], vec![0u32; offsets[count] as usize]);
-    for rows in batches {
-        let mut entries = rows.entries.iter();
-        for (node, degree) in rows.nodes {
-            let start = offsets[node as usize] as usize;
-            for (k, entry) in (start..).zip(entries.by_ref().take(degree as usize)) {
-                neighbors[k] = (*entry >> 32) as u32;
-                left[k] = *entry as u32;
-            }
-        }
-    }
+    let beside = |point: u32| match (point as usize).checked_sub(sites.len()) {
+        None => point,
+        Some(guard) => FRAME + sides[guard] as u32,
+    };
+    parts.par_iter_mut().for_each(|part| part.left.iter_mut().for_each(|point| *point = beside(*point)));
+    let (offsets, neighbors, left) = joined(parts, sites.len());
     Ok(Triangulation { graph: Arc::new(Graph { sites, offsets, neighbors }), left })
 }
 
-/// Vertices whose rows are read off the mesh at once: enough to be worth a thread's while.
-const ROWS_A_BATCH: usize = 1 << 14;
-
-/// Some rows of the adjacency.
-#[derive(Default)]
-struct Rows {
-    /// Node and length of every row.
-    nodes: Vec<(u32, u32)>,
-    /// The rows, one behind the other: neighbour in the upper half of the bits, what is beside the edge, as in [`Triangulation`],
-    /// in the lower. One number is sorted faster than two.
-    entries: Vec<u64>,
+/// Offsets, neighbours and what is left of them, in the order of the nodes. What the parts hold is given back one by the other.
+fn joined(mut parts: Vec<Rows>, count: usize) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+    if parts.len() == 1 {
+        let Rows { starts, neighbors, left, .. } = parts.remove(0);
+        return (starts, neighbors, left);
+    }
+    let mut offsets = vec![0u32; count + 1];
+    for part in &parts {
+        for (node, row) in part.nodes.iter().zip(part.starts.windows(2)) {
+            offsets[*node as usize + 1] = row[1] - row[0];
+        }
+    }
+    cumulate(&mut offsets);
+    let neighbors = in_order(&parts, &offsets, |part| &part.neighbors);
+    parts.iter_mut().for_each(|part| part.neighbors = Vec::new());
+    let left = in_order(&parts, &offsets, |part| &part.left);
+    (offsets, neighbors, left)
 }
+
+/// One number for every entry of all rows, in the order of the nodes.
+fn in_order(parts: &[Rows], offsets: &[u32], of: impl Fn(&Rows) -> &[u32] + Sync) -> Vec<u32> {
+    let count = offsets.len() - 1;
+    let mut all = vec![0; offsets[count] as usize];
+    let mut rest = all.as_mut_slice();
+    let mut pieces = Vec::new();
+    for start in (0..count).step_by(NODES_A_PIECE) {
+        let nodes = start..(start + NODES_A_PIECE).min(count);
+        let (piece, others) = rest.split_at_mut((offsets[nodes.end] - offsets[nodes.start]) as usize);
+        rest = others;
+        pieces.push((nodes, piece));
+    }
+    pieces.into_par_iter().for_each(|(nodes, piece)| {
+        for part in parts {
+            let [first, end] = [nodes.start, nodes.end].map(|node| part.nodes.partition_point(|other| (*other as usize) < node));
+            let values = of(part);
+            for k in first..end {
+                let row = &values[part.starts[k] as usize..part.starts[k + 1] as usize];
+                let at = (offsets[part.nodes[k] as usize] - offsets[nodes.start]) as usize;
+                piece[at..at + row.len()].copy_from_slice(row);
+            }
+        }
+    });
+    all
+}
+
+/// Nodes whose rows are put in order at once: enough to be worth a thread's while.
+const NODES_A_PIECE: usize = 1 << 14;
 
 fn coincidence(sites: &[[f64; 2]]) -> Error {
     let mut order: Vec<usize> = (0..sites.len()).collect();
@@ -224,15 +196,23 @@ fn guards(sites: &[[f64; 2]], width: f64, height: f64) -> Vec<Guard> {
 /// Which points (t along a line, d away from it) own a piece of the line from 0 to `length`: the lower envelope of the parabolas
 /// `(p - t)^2 + d^2`.
 fn touching(points: impl Iterator<Item = [f64; 2]> + Clone, count: usize, length: f64) -> Vec<usize> {
-    // A point owns nothing if the lowest point of its bin is that much lower: it would win only beyond the ends of the line. This
+    // A point owns nothing if another point of its bin is that much lower: it would win only beyond the ends of the line. This
     // leaves out nearly all before sorting.
     let bins = ((count as f64).sqrt() as usize).clamp(1, 1 << 16);
     let bins_per_pixel = bins as f64 / length;
     let bin = |t: f64| ((t * bins_per_pixel) as usize).min(bins - 1);
-    let mut lowest = vec![f64::INFINITY; bins];
-    for [t, d] in points.clone() {
-        let lowest = &mut lowest[bin(t)];
-        *lowest = lowest.min(d);
+    let lowest_of_every = |step: usize| {
+        let mut lowest = vec![f64::INFINITY; bins];
+        for [t, d] in points.clone().step_by(step) {
+            let lowest = &mut lowest[bin(t)];
+            *lowest = lowest.min(d);
+        }
+        lowest
+    };
+    // Any point of a bin will do; where some of them leave a bin empty, all are looked at.
+    let mut lowest = lowest_of_every(8);
+    if lowest.iter().any(|d| d.is_infinite()) {
+        lowest = lowest_of_every(1);
     }
     let margin = 2.0 * length * (length / bins as f64);
     // Most points are beyond the reach of any bin.
@@ -273,6 +253,7 @@ mod tests {
     use crate::lattice::Lattice;
     use crate::params::LatticeKind;
     use proptest::prelude::*;
+    use robust::{Coord, incircle};
 
     /// Every rule that a triangulation keeps.
     fn sanity_check(t: &Triangulation, width: usize, height: usize) {
@@ -295,6 +276,86 @@ mod tests {
         // Connected: the cells cover the canvas.
         let all = crate::components::components(graph, &vec![0; graph.sites.len()]);
         assert_eq!(all.sizes.len(), 1, "the graph of a {width} x {height} canvas falls apart");
+    }
+
+    /// Stripes of a few sites.
+    const THIN: Cut = Cut { sites: 8, rows: 1, halo: 1 };
+
+    const WHOLE: Cut = Cut { sites: usize::MAX / 2, ..THIN };
+
+    /// No node lies in the circle of a triangle: the nodes beyond its edges are enough to know that.
+    fn delaunay_check(t: &Triangulation) {
+        let graph = &t.graph;
+        for (i, j) in (0..graph.sites.len() as u32).flat_map(|i| graph.row(i as usize).iter().map(move |j| (i, *j))) {
+            let sides = [(i, j), (j, i)].map(|(a, b)| t.left(t.slot(a, b).unwrap()));
+            if let [Beside::Node(k), Beside::Node(l)] = sides {
+                let [a, b, c, d] = [i, j, k, l].map(|n| graph.sites[n as usize]).map(|[x, y]| Coord { x, y });
+                assert!(incircle(a, b, c, d) <= 0.0, "{l} lies in the circle of {i} {j} {k}");
+            }
+        }
+    }
+
+    /// Sites in (0, 1) x (0, 1), put on a canvas without two in one place, in an order that has nothing to do with theirs.
+    fn on_canvas(raw: &[(f64, f64)], w: f64, h: f64, grid: Option<f64>) -> Vec<[f64; 2]> {
+        let snapped = |c: f64| grid.map_or(c, |grid| (c * grid).round() / grid);
+        let inside = |c: f64, length: f64| snapped(c * length).clamp(0.001, length - 0.001);
+        let mut sites: Vec<[f64; 2]> = raw.iter().map(|(u, v)| [inside(*u, w), inside(*v, h)]).collect();
+        sites.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        sites.dedup();
+        sites.sort_by_key(|site| crate::noise::mixed(site[0].to_bits() ^ site[1].to_bits().rotate_left(32)));
+        sites
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(192))]
+        #[test]
+        fn stripes_give_what_one_mesh_gives(
+            width in 1usize..40, height in 1usize..80,
+            raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..300),
+            // Powers crowd the sites on one side; gaps leave stripes empty.
+            (power, gap) in (1.0f64..4.0, 0.0f64..0.9), sites in 4usize..60,
+        ) {
+            let raw: Vec<(f64, f64)> =
+                raw.iter().map(|(u, v)| (u.powf(power), if *v < 0.5 { v * (1.0 - gap) } else { 1.0 - (1.0 - v) * (1.0 - gap) })).collect();
+            let placed = on_canvas(&raw, width as f64, height as f64, None);
+            let [striped, whole] = [Cut { sites, ..THIN }, WHOLE]
+                .map(|cut| triangulate_in(placed.clone(), width, height, cut, &Control::new()).unwrap());
+            sanity_check(&striped, width, height);
+            prop_assert_eq!(striped, whole);
+        }
+
+        #[test]
+        fn stripes_agree_on_ties(
+            width in 1usize..20, height in 1usize..40,
+            raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..400), grid in 0.5f64..3.0, sites in 4usize..60,
+        ) {
+            let placed = on_canvas(&raw, width as f64, height as f64, Some((2.0 * grid).round() / 2.0));
+            let t = triangulate_in(placed, width, height, Cut { sites, ..THIN }, &Control::new()).unwrap();
+            sanity_check(&t, width, height);
+            delaunay_check(&t);
+        }
+    }
+
+    #[test]
+    fn stripes_name_sites_that_coincide() {
+        let mut sites = Lattice::new(LatticeKind::Hexagonal, 20, 40, 1.0).unwrap().sites();
+        sites.push(sites[333]);
+        let errors = [THIN, WHOLE].map(|cut| triangulate_in(sites.clone(), 20, 40, cut, &Control::new()).unwrap_err().to_string());
+        assert!(errors[0].starts_with(&format!("sites 333 and {} are both at", sites.len() - 1)), "{}", errors[0]);
+        assert_eq!(errors[0], errors[1]);
+    }
+
+    #[test]
+    fn stripes_do_not_depend_on_threads() {
+        let lattice = Lattice::new(LatticeKind::Square, 30, 50, 1.0).unwrap();
+        let of = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| triangulate_in(lattice.sites(), 30, 50, Cut { sites: 100, ..THIN }, &Control::new()).unwrap())
+        };
+        let one = of(1);
+        sanity_check(&one, 30, 50);
+        delaunay_check(&one);
+        assert!([2, 3, 5].into_iter().all(|threads| of(threads) == one));
     }
 
     proptest! {

@@ -1,0 +1,607 @@
+//! Rows of the adjacency, read off Delaunay meshes of horizontal stripes that are made side by side.
+//!
+//! # The idea
+//! A canvas with many sites is cut into stripes. Every stripe has a mesh of its own sites and of a *halo*, the points nearest to
+//! it above and below, and the rows of its own sites are read off it. Meshes are small, so they stay in the cache, and only those
+//! being worked on are in memory.
+//!
+//! # Why the rows are those of one mesh of everything
+//! Call a triangle of a stripe's mesh *mixed* if it joins own sites to other points. If no mixed triangle has a point that the mesh
+//! lacks in or on its circumcircle, and no own site is on the mesh's hull, then no triangle at an own site has one:
+//! the triangles whose circles hold a new point are connected, edge to edge, and among them is the one that the point lies in. A
+//! new point never lies between own sites, as the mesh has all points of the stripe and of the rows next to it. So a way from
+//! there to a triangle of own sites leads over a mixed one. Points found in the circles of mixed triangles are added to
+//! the mesh, until there are none.
+//!
+//! # Ties
+//! Four sites or more on one empty circle have several Delaunay triangulations, of which two stripes could choose different ones.
+//! Both see all of these sites; where they belong to several stripes, the triangles are those that fan out from the one with the
+//! lowest number.
+//!
+//! Stripes depend on the points alone, so the rows do not depend on the number of threads.
+
+use std::collections::HashSet;
+use std::ops::{Range, RangeInclusive};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use robust::{Coord, incircle};
+use spade::handles::{DirectedEdgeHandle, FaceHandle, FixedVertexHandle, InnerTag};
+use spade::{DelaunayTriangulation, HasPosition, InsertionError, Point2, Triangulation as _};
+
+use crate::control::Control;
+use crate::error::{Error, Result};
+
+/// How stripes are cut.
+#[derive(Clone, Copy)]
+pub(crate) struct Cut {
+    /// How many sites a stripe has, about. Fewer make meshes that the cache holds and threads that end together, and more of them
+    /// in halos. With less than [`LEAST_STRIPES`] times as many there is one mesh.
+    pub(crate) sites: usize,
+    /// How many rows of the grid a stripe has at least: the halos, three or four rows each, should not be most of its mesh.
+    pub(crate) rows: usize,
+    /// Points that a halo has in every column of the grid, on each side of the stripe. Fewer leave more to be added one by one, which
+    /// takes longer than loading them with the others.
+    pub(crate) halo: usize,
+}
+
+impl Cut {
+    /// By measurements. Of 300,000 sites of a photo, halos add 5 % to the meshes, and no point is left to be added.
+    pub(crate) const BEST: Self = Self { sites: 1 << 15, rows: 16, halo: 3 };
+}
+
+/// Fewer stripes are not worth their grid; and where ties are cut otherwise than in one mesh, a drawing of few nodes shows it most.
+const LEAST_STRIPES: usize = 4;
+
+/// Points in a cell of the grid, on average: halos are made of whole cells, and circles are searched by them.
+const POINTS_A_CELL: f64 = 2.0;
+
+/// A cell with more points than this makes searching its circles slow: sites are then too unevenly spread for stripes.
+const MOST_IN_A_CELL: u32 = 256;
+
+/// How many points are added for one circle at a time. The first ones nearly always destroy the triangle, and with it the circle.
+const ADDED_AT_ONCE: usize = 16;
+
+/// Sites, and points beyond the frame that complete their triangulation. Guards are numbered behind the sites.
+#[derive(Clone, Copy)]
+pub(crate) struct Points<'a> {
+    pub(crate) sites: &'a [[f64; 2]],
+    pub(crate) guards: &'a [[f64; 2]],
+}
+
+impl Points<'_> {
+    fn len(&self) -> usize {
+        self.sites.len() + self.guards.len()
+    }
+
+    fn position(&self, point: u32) -> [f64; 2] {
+        let point = point as usize;
+        if point < self.sites.len() { self.sites[point] } else { self.guards[point - self.sites.len()] }
+    }
+
+    fn is_site(&self, point: u32) -> bool {
+        (point as usize) < self.sites.len()
+    }
+}
+
+/// The rows of some sites.
+pub(crate) struct Rows {
+    /// The sites, in ascending order.
+    pub(crate) nodes: Vec<u32>,
+    /// Start of every node's row; one more entry than there are nodes.
+    pub(crate) starts: Vec<u32>,
+    /// The rows, one behind the other, each sorted: sites alone.
+    pub(crate) neighbors: Vec<u32>,
+    /// For every neighbour, the point to the left of the edge to it.
+    pub(crate) left: Vec<u32>,
+}
+
+/// The rows of all sites, some sites an entry; none if two points coincide.
+///
+/// # Errors
+/// [`Error::Cancelled`]; [`Error::Internal`] if spade refuses a position.
+pub(crate) fn rows(points: Points, frame: [f64; 2], cut: Cut, control: &Control) -> Result<Option<Vec<Rows>>> {
+    if points.sites.len() / LEAST_STRIPES >= cut.sites {
+        let grid = Grid::new(points, frame);
+        let stripes = grid.stripes(cut);
+        if stripes.len() > 1 && grid.most_in_a_cell() <= MOST_IN_A_CELL {
+            match rows_of_stripes(&grid, &stripes, cut.halo, control)? {
+                Found::Rows(rows) => return Ok(Some(rows)),
+                Found::Coincidence => return Ok(None),
+                Found::Unsure => {}
+            }
+        }
+    }
+    control.check()?;
+    let own = (0..points.sites.len() as u32).collect();
+    let Some(mesh) = Mesh::new(points, own, (points.sites.len()..points.len()).map(|guard| guard as u32))? else {
+        return Ok(None);
+    };
+    control.report(0.7)?;
+    Ok(Some(vec![mesh.rows(&Fans::default())]))
+}
+
+/// What came of one stripe, or of all.
+enum Found<T> {
+    Rows(T),
+    /// Two points are in one place.
+    Coincidence,
+    /// Circles are too large for floating-point numbers to search them.
+    Unsure,
+}
+
+fn rows_of_stripes(grid: &Grid, stripes: &[Range<usize>], halo: usize, control: &Control) -> Result<Found<Vec<Rows>>> {
+    let done = AtomicUsize::new(0);
+    let of_stripe = |stripe: &Range<usize>| {
+        control.check()?;
+        let found = Mesh::of_stripe(grid, stripe, halo)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        control.report(0.9 * done as f32 / stripes.len() as f32)?;
+        Ok(found)
+    };
+    let found: Vec<Found<Rows>> = stripes.par_iter().map(of_stripe).collect::<Result<_>>()?;
+    let mut all = Vec::with_capacity(found.len());
+    let mut is_sure = true;
+    for found in found {
+        match found {
+            Found::Rows(rows) => all.push(rows),
+            Found::Coincidence => return Ok(Found::Coincidence),
+            Found::Unsure => is_sure = false,
+        }
+    }
+    Ok(if is_sure { Found::Rows(all) } else { Found::Unsure })
+}
+
+/// All points in the cells of a grid over the canvas. Points beyond the frame are in the cells nearest to them.
+struct Grid<'a> {
+    points: Points<'a>,
+    cells_per_pixel: f64,
+    columns: usize,
+    rows: usize,
+    /// Start of every cell's points, row by row; one more entry than there are cells.
+    starts: Vec<u32>,
+    order: Vec<u32>,
+}
+
+impl<'a> Grid<'a> {
+    fn new(points: Points<'a>, [width, height]: [f64; 2]) -> Self {
+        let cells_per_pixel = (points.len() as f64 / (POINTS_A_CELL * width * height)).sqrt();
+        let [columns, rows] = [width, height].map(|length| (length * cells_per_pixel).ceil().max(1.0) as usize);
+        let mut grid =
+            Self { points, cells_per_pixel, columns, rows, starts: vec![0; columns * rows + 1], order: vec![0; points.len()] };
+        // Counted one cell late, so that starts move from the end of the last cell to that of their own while points are put in.
+        let cell = |grid: &Self, position: [f64; 2]| grid.row(position[1]) * columns + grid.column(position[0]);
+        let positions = || points.sites.iter().chain(points.guards);
+        for position in positions() {
+            let cell = cell(&grid, *position);
+            grid.starts[cell] += 1;
+        }
+        let mut end = 0;
+        for start in &mut grid.starts {
+            end += *start;
+            *start = end;
+        }
+        for (point, position) in positions().enumerate() {
+            let cell = cell(&grid, *position);
+            grid.starts[cell] -= 1;
+            grid.order[grid.starts[cell] as usize] = point as u32;
+        }
+        grid
+    }
+
+    fn row(&self, y: f64) -> usize {
+        ((y * self.cells_per_pixel) as usize).min(self.rows - 1)
+    }
+
+    fn column(&self, x: f64) -> usize {
+        ((x * self.cells_per_pixel) as usize).min(self.columns - 1)
+    }
+
+    fn most_in_a_cell(&self) -> u32 {
+        self.starts.windows(2).map(|cell| cell[1] - cell[0]).max().unwrap_or(0)
+    }
+
+    /// The points of some cells of a row.
+    fn points_in(&self, row: usize, columns: Range<usize>) -> &[u32] {
+        let first = row * self.columns;
+        &self.order[self.starts[first + columns.start] as usize..self.starts[first + columns.end] as usize]
+    }
+
+    /// The rows of stripes, with about as many points each.
+    fn stripes(&self, cut: Cut) -> Vec<Range<usize>> {
+        let wanted = self.points.sites.len().div_ceil(cut.sites);
+        let before = |row: usize| self.starts[row * self.columns] as usize;
+        let mut stripes = Vec::new();
+        let mut start = 0;
+        for k in 1..wanted {
+            let end = (start..self.rows).find(|row| before(*row) >= self.points.len() * k / wanted).unwrap_or(self.rows);
+            if end - start >= cut.rows && self.rows - end >= cut.rows {
+                stripes.push(start..end);
+                start = end;
+            }
+        }
+        stripes.push(start..self.rows);
+        stripes
+    }
+
+    /// The rows around a stripe that its halo fills, in every column: at least one on each side.
+    fn halo(&self, stripe: &Range<usize>, least: usize) -> Vec<RangeInclusive<usize>> {
+        let filled = |column: usize| {
+            let mut found = 0;
+            move |row: &usize| {
+                found += self.points_in(*row, column..column + 1).len();
+                found >= least
+            }
+        };
+        let of_column = |column: usize| {
+            let above = (0..stripe.start).rev().find(filled(column)).unwrap_or(0);
+            let below = (stripe.end..self.rows).find(filled(column)).unwrap_or(self.rows - 1);
+            above..=below
+        };
+        (0..self.columns).map(of_column).collect()
+    }
+}
+
+/// A circle.
+struct Circle {
+    center: [f64; 2],
+    radius: f64,
+}
+
+impl Circle {
+    /// A circle that holds the one through three points, whatever the rounding; none if rounding could be too much of it.
+    fn around([a, b, c]: [Point2<f64>; 3]) -> Option<Self> {
+        let (b, c) = ([b.x - a.x, b.y - a.y], [c.x - a.x, c.y - a.y]);
+        let doubled = 2.0 * (b[0] * c[1] - b[1] * c[0]);
+        let (b2, c2) = (b[0] * b[0] + b[1] * b[1], c[0] * c[0] + c[1] * c[1]);
+        let (x, y) = ((b2 * c[1] - c2 * b[1]) / doubled, (c2 * b[0] - b2 * c[0]) / doubled);
+        // Rounding moves the centre by a few 1e-16 of the radius, times this where the corners are nearly in line.
+        let sharpness = 1.0 + (b2 * c2).sqrt() / doubled.abs();
+        let slack = SLACK * sharpness;
+        let radius = (x * x + y * y).sqrt();
+        let center = [a.x + x, a.y + y];
+        let radius = radius * (1.0 + slack) + SLACK * (center[0].abs() + center[1].abs());
+        (slack < 0.1 && radius.is_finite()).then_some(Self { center, radius })
+    }
+
+    fn holds(&self, [x, y]: [f64; 2]) -> bool {
+        let (dx, dy) = (x - self.center[0], y - self.center[1]);
+        dx * dx + dy * dy <= self.radius * self.radius
+    }
+}
+
+/// Far more than what rounding does to a number of average size: points that are in a circle by this alone cost no more than being added.
+const SLACK: f64 = 1e-12;
+
+struct Vertex {
+    position: [f64; 2],
+    /// Place in [`Mesh::points`]. spade's own order is not the order of insertion.
+    index: u32,
+}
+
+impl HasPosition for Vertex {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        Point2::new(self.position[0], self.position[1])
+    }
+}
+
+type Edge<'a> = DirectedEdgeHandle<'a, Vertex, (), (), ()>;
+type Triangle<'a> = FaceHandle<'a, InnerTag, Vertex, (), (), ()>;
+
+/// The triangulation of some points.
+struct Mesh<'a> {
+    all: Points<'a>,
+    mesh: DelaunayTriangulation<Vertex>,
+    /// Numbers of the points: own sites in ascending order, then others.
+    points: Vec<u32>,
+    own: usize,
+    /// Which of them every vertex of the mesh is.
+    of_vertex: Vec<u32>,
+}
+
+fn refused(e: InsertionError) -> Error {
+    Error::Internal(format!("the triangulation refused its sites: {e}"))
+}
+
+impl<'a> Mesh<'a> {
+    /// The mesh of own sites, in ascending order, and other points; none if two coincide.
+    fn new(all: Points<'a>, own: Vec<u32>, others: impl IntoIterator<Item = u32>) -> Result<Option<Self>> {
+        let own_count = own.len();
+        let mut points = own;
+        points.extend(others);
+        let vertex = |(index, point): (usize, &u32)| Vertex { position: all.position(*point), index: index as u32 };
+        let vertices: Vec<Vertex> = points.iter().enumerate().map(vertex).collect();
+        let mesh = DelaunayTriangulation::bulk_load(vertices).map_err(refused)?;
+        if mesh.num_vertices() != points.len() {
+            return Ok(None);
+        }
+        let of_vertex = mesh.vertices().map(|vertex| vertex.data().index).collect();
+        Ok(Some(Self { all, mesh, points, own: own_count, of_vertex }))
+    }
+
+    /// Triangulates a stripe and reads its rows.
+    fn of_stripe(grid: &Grid<'a>, stripe: &Range<usize>, halo: usize) -> Result<Found<Rows>> {
+        let all = grid.points;
+        let halo = grid.halo(stripe, halo);
+        let (mut own, mut others) = (Vec::new(), Vec::new());
+        for row in stripe.clone() {
+            for point in grid.points_in(row, 0..grid.columns) {
+                if all.is_site(*point) { own.push(*point) } else { others.push(*point) }
+            }
+        }
+        own.sort_unstable();
+        for (column, rows) in halo.iter().enumerate() {
+            for row in (*rows.start()..stripe.start).chain(stripe.end..rows.end() + 1) {
+                others.extend(grid.points_in(row, column..column + 1));
+            }
+        }
+        let Some(mut mesh) = Self::new(all, own, others)? else {
+            return Ok(Found::Coincidence);
+        };
+        if !mesh.complete(grid, &halo)? {
+            return Ok(Found::Unsure);
+        }
+        if mesh.mesh.num_vertices() != mesh.points.len() {
+            return Ok(Found::Coincidence);
+        }
+        Ok(Found::Rows(mesh.rows(&mesh.shared_polygons())))
+    }
+
+    /// Adds points until no triangle at an own site can miss one. False if a circle cannot be searched.
+    fn complete(&mut self, grid: &Grid, halo: &[RangeInclusive<usize>]) -> Result<bool> {
+        let mut added = HashSet::new();
+        let mut missing = Vec::new();
+        if self.mesh.convex_hull().any(|edge| self.is_own(edge.from().fix())) {
+            // The hull of all points is one of guards.
+            let guards = self.all.sites.len() as u32..self.all.len() as u32;
+            let has: HashSet<u32> = self.points[self.own..].iter().copied().collect();
+            missing.extend(guards.filter(|guard| !has.contains(guard)));
+            added.extend(missing.iter().copied());
+            self.add(&missing)?;
+        }
+        let mut checked = 0;
+        loop {
+            missing.clear();
+            for vertex in checked..self.mesh.num_vertices() {
+                if !self.missing_around(FixedVertexHandle::from_index(vertex), grid, halo, &mut added, &mut missing) {
+                    return Ok(false);
+                }
+            }
+            if missing.is_empty() {
+                return Ok(true);
+            }
+            // Every new triangle is at a new vertex.
+            checked = self.mesh.num_vertices();
+            self.add(&missing)?;
+        }
+    }
+
+    fn is_own(&self, vertex: FixedVertexHandle) -> bool {
+        (self.of_vertex[vertex.index()] as usize) < self.own
+    }
+
+    fn add(&mut self, points: &[u32]) -> Result<()> {
+        for point in points {
+            let index = self.points.len() as u32;
+            let vertex = Vertex { position: self.all.position(*point), index };
+            self.mesh.insert(vertex).map_err(refused)?;
+            self.points.push(*point);
+            self.of_vertex.push(index);
+        }
+        Ok(())
+    }
+
+    /// Finds points that the mixed triangles at a vertex miss and that are not yet `added`. False if a circle cannot be searched.
+    fn missing_around(
+        &self,
+        vertex: FixedVertexHandle,
+        grid: &Grid,
+        halo: &[RangeInclusive<usize>],
+        added: &mut HashSet<u32>,
+        missing: &mut Vec<u32>,
+    ) -> bool {
+        if self.is_own(vertex) {
+            return true;
+        }
+        for triangle in self.mesh.vertex(vertex).out_edges().filter_map(|edge| edge.face().as_inner()) {
+            if !triangle.vertices().iter().any(|corner| self.is_own(corner.fix())) {
+                continue;
+            }
+            let Some(circle) = Circle::around(triangle.positions()) else {
+                return false;
+            };
+            let Circle { center: [x, y], radius } = circle;
+            let rows = grid.row(y - radius)..=grid.row(y + radius);
+            let before = missing.len();
+            let columns = grid.column(x - radius)..grid.column(x + radius) + 1;
+            for (column, known) in columns.clone().zip(&halo[columns]) {
+                let unknown = (*rows.start()..*known.start()).chain((known.end() + 1).max(*rows.start())..rows.end() + 1);
+                for row in unknown.filter(|row| rows.contains(row)) {
+                    for point in grid.points_in(row, column..column + 1) {
+                        if missing.len() < before + ADDED_AT_ONCE && circle.holds(self.all.position(*point)) && added.insert(*point)
+                        {
+                            missing.push(*point);
+                        }
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// Polygons of four corners or more on a circle, own sites and sites of other stripes among them.
+    fn shared_polygons(&self) -> Fans {
+        let is_other_site = |index: u32| index as usize >= self.own && self.all.is_site(self.points[index as usize]);
+        let mut polygons = Vec::new();
+        for vertex in (0..self.of_vertex.len()).filter(|vertex| is_other_site(self.of_vertex[*vertex])) {
+            for edge in self.mesh.vertex(FixedVertexHandle::from_index(vertex)).out_edges() {
+                let Some(triangle) = edge.face().as_inner() else { continue };
+                // The rest of the halo has nothing to do with own sites.
+                let is_beyond = triangle.vertices().iter().all(|corner| is_other_site(self.of_vertex[corner.index()]));
+                if is_beyond || !triangle.adjacent_edges().into_iter().any(is_tie) {
+                    continue;
+                }
+                let mut polygon = self.polygon(triangle);
+                if polygon.iter().any(|corner| (*corner as usize) < self.own) {
+                    let lowest = (0..polygon.len()).min_by_key(|k| self.points[polygon[*k] as usize]).unwrap_or(0);
+                    polygon.rotate_left(lowest);
+                    polygons.push(polygon);
+                }
+            }
+        }
+        Fans::new(polygons, &self.points, self.own)
+    }
+
+    /// The corners, in positive turn, of all triangles that have the circle of this one.
+    fn polygon(&self, triangle: Triangle) -> Vec<u32> {
+        let [a, b, c] = triangle.adjacent_edges();
+        let mut sides = vec![c, b, a];
+        let mut corners = Vec::new();
+        while let Some(side) = sides.pop() {
+            if is_tie(side) {
+                sides.extend([side.rev().prev(), side.rev().next()]);
+            } else {
+                corners.push(self.of_vertex[side.from().index()]);
+            }
+        }
+        corners
+    }
+
+    /// The rows of the own sites, with the triangles of the mesh but in the polygons that are cut into fans.
+    fn rows(&self, fans: &Fans) -> Rows {
+        let point_of: Vec<u32> = self.of_vertex.iter().map(|index| self.points[*index as usize]).collect();
+        // Rows are read in the mesh's own order, in which its edges lie close together, and put in that of the sites afterwards.
+        let mut read: Vec<u64> = Vec::with_capacity(6 * self.own);
+        let mut places = vec![0..0; self.own];
+        let mut ring: Vec<u32> = Vec::new();
+        for (vertex, index) in self.of_vertex.iter().enumerate().filter(|(_, index)| (**index as usize) < self.own) {
+            // All around the node, in positive turn: the triangle to the left of an edge has the end of the next edge as its third
+            // node. No site lies on the hull, so the ring closes.
+            ring.clear();
+            ring.extend(
+                self.mesh.vertex(FixedVertexHandle::from_index(vertex)).out_edges().map(|edge| point_of[edge.to().index()]),
+            );
+            for polygon in fans.at(*index) {
+                cut_as_fan(&mut ring, point_of[vertex], polygon);
+            }
+            let start = read.len();
+            for (k, to) in ring.iter().enumerate() {
+                if self.all.is_site(*to) {
+                    let third = ring[if k + 1 < ring.len() { k + 1 } else { 0 }];
+                    // One number is sorted faster than two.
+                    read.push(u64::from(*to) << 32 | u64::from(third));
+                }
+            }
+            read[start..].sort_unstable();
+            places[*index as usize] = start..read.len();
+        }
+        let mut rows = Rows {
+            nodes: self.points[..self.own].to_vec(),
+            starts: Vec::with_capacity(self.own + 1),
+            neighbors: Vec::with_capacity(read.len()),
+            left: Vec::with_capacity(read.len()),
+        };
+        rows.starts.push(0);
+        for place in places {
+            let row = &read[place];
+            rows.neighbors.extend(row.iter().map(|entry| (*entry >> 32) as u32));
+            rows.left.extend(row.iter().map(|entry| *entry as u32));
+            rows.starts.push(rows.neighbors.len() as u32);
+        }
+        rows
+    }
+}
+
+/// Polygons whose triangles are to fan out from their first corner. Corners are points, in positive turn.
+#[derive(Default)]
+struct Fans {
+    polygons: Vec<Vec<u32>>,
+    /// Every own site, by its place in [`Mesh::points`], with the polygons that it is a corner of, in ascending order.
+    corners: Vec<(u32, usize)>,
+}
+
+impl Fans {
+    /// Of polygons whose corners are places in [`Mesh::points`], of which the first are own sites.
+    fn new(mut polygons: Vec<Vec<u32>>, points: &[u32], own: usize) -> Self {
+        // Found once for each of several triangles.
+        polygons.sort_unstable();
+        polygons.dedup();
+        let corners_of = |(k, polygon): (usize, &Vec<u32>)| polygon.iter().map(move |corner| (*corner, k)).collect::<Vec<_>>();
+        let mut corners: Vec<(u32, usize)> = polygons.iter().enumerate().flat_map(corners_of).collect();
+        corners.retain(|(corner, _)| (*corner as usize) < own);
+        corners.sort_unstable();
+        polygons.iter_mut().flatten().for_each(|corner| *corner = points[*corner as usize]);
+        Self { polygons, corners }
+    }
+
+    /// The polygons at an own site.
+    fn at(&self, index: u32) -> impl Iterator<Item = &[u32]> {
+        let first = self.corners.partition_point(|(corner, _)| *corner < index);
+        self.corners[first..].iter().take_while(move |(corner, _)| *corner == index).map(|(_, k)| &self.polygons[*k][..])
+    }
+}
+
+/// Whether the triangles on both sides of an edge have the same circle.
+fn is_tie(edge: Edge) -> bool {
+    if edge.face().is_outer() || edge.rev().face().is_outer() {
+        return false;
+    }
+    let corners = [edge.from(), edge.to(), edge.next().to(), edge.rev().next().to()];
+    let [a, b, c, d] = corners.map(|corner| Coord { x: corner.position().x, y: corner.position().y });
+    incircle(a, b, c, d) == 0.0
+}
+
+/// Puts into the ring of a corner's neighbours, in positive turn, what it has in a polygon whose triangles fan out from its first corner.
+fn cut_as_fan(ring: &mut Vec<u32>, corner: u32, polygon: &[u32]) {
+    let place = |ring: &[u32], of: u32| ring.iter().position(|index| *index == of).expect("sides of the polygon are edges");
+    let at = place(polygon, corner);
+    let (next, last) = (polygon[(at + 1) % polygon.len()], polygon[(at + polygon.len() - 1) % polygon.len()]);
+    let between: &[u32] = match at {
+        0 => &polygon[2..polygon.len() - 1],
+        _ if next == polygon[0] || last == polygon[0] => &[],
+        _ => &polygon[..1],
+    };
+    let start = place(ring, next);
+    ring.rotate_left(start);
+    let end = place(ring, last);
+    ring.splice(1..end, between.iter().copied());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::mixed;
+
+    /// Sites that look random on a canvas of 40 x 40, squeezed by `place`, with guards far around them.
+    fn parts(count: u64, place: impl Fn([f64; 2]) -> [f64; 2]) -> usize {
+        let unit = |k: u64| mixed(k) as f64 / u64::MAX as f64;
+        let sites: Vec<[f64; 2]> = (0..count).map(|k| place([1.0 + 38.0 * unit(2 * k), 1.0 + 38.0 * unit(2 * k + 1)])).collect();
+        let guards = [[-90.0, -91.0], [130.0, -92.0], [131.0, 130.0], [-93.0, 132.0]];
+        let cut = Cut { sites: 100, rows: 4, halo: 1 };
+        rows(Points { sites: &sites, guards: &guards }, [40.0, 40.0], cut, &Control::new()).unwrap().unwrap().len()
+    }
+
+    #[test]
+    fn many_sites_are_cut() {
+        assert_eq!(parts(150, |site| site), 1);
+        assert!(parts(1000, |site| site) > 3);
+        // Half of the canvas is empty.
+        assert!(parts(1000, |[x, y]| [x, y / 2.0]) > 1);
+    }
+
+    #[test]
+    fn crowded_sites_are_not_cut() {
+        assert_eq!(parts(1000, |[x, y]| if y < 20.0 { [0.001 * x, 0.001 * y] } else { [x, y] }), 1);
+    }
+
+    #[test]
+    fn circles_hold_their_corners() {
+        let corners = [[1.0, 1.0], [3.0, 1.1], [2.0, 1.05 + 1e-7]];
+        let circle = Circle::around(corners.map(|[x, y]| Point2::new(x, y))).unwrap();
+        assert!(corners.into_iter().all(|corner| circle.holds(corner)));
+        assert!(circle.radius > 1e6);
+        assert!(Circle::around([[0.0, 0.0], [1.0, 1.0], [3.0, 3.0]].map(|[x, y]| Point2::new(x, y))).is_none());
+    }
+}
