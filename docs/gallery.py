@@ -24,23 +24,23 @@ PRESET_PHOTOS = {"astronaut": (96, 20, 356, 280), "chelsea": (90, 30, 350, 290)}
 NOTES = {
     "astronaut": (
         "the face is a face; hair, flag, badges and the folds of the suit can be read, edges are clean, and no blobs stand around.",
-        "lone dots are strewn over the light wall, whose grey is gone; the shadow under the cheek is a coarse pattern.",
+        "clouds of dots on the wall end where its grey gets light, and a few dots are left in between.",
     ),
     "camera": (
         "the face, the camera, the tripod's legs and the buildings are sharp, and the lawn is one even grey.",
-        "the coat is one black area without its folds; the lawn's grey is short winding strokes, not grass.",
+        "the coat is one black area with hardly a fold; the lawn's grey is dots and short strokes, not grass.",
     ),
     "chelsea": (
         "eyes, whiskers, nose and the run of the fur; the paper's settings lose the cat.",
-        "soft shade on cheek and forehead breaks up into patches of texture; some dots in the dark corner join to worms.",
+        "the white of chin and chest has more dots than the photo has grey; the soft background ends in steps, black or dotted.",
     ),
     "coffee": (
         "cup, spoon and saucer have their outlines, the coffee is smooth, and the table is wood.",
-        "the light end of the table is rougher than in the photo, and dots lie on the cup's rim by chance.",
+        "the light end of the table is rougher than in the photo, and a few dots lie in the dark saucer by chance.",
     ),
     "rocket": (
-        "rocket, lamps and the towers' girders are there, and the evening sky is a gradient of dots.",
-        "the brightest part of the sky winds into a labyrinth; thin girders, narrower than a node, break into pieces.",
+        "rocket, lamps and the towers' girders are there, and the evening sky is a gradient of even dots.",
+        "the brightest part of the sky winds into a labyrinth, its darkest part is black; thin girders break into pieces.",
     ),
 }
 """What is better than under the paper's settings, and what is still wrong."""

@@ -169,8 +169,13 @@ def main() -> None:
     budgets = [gs.draw(photo, options=gs.Options(nodes=nodes)) for nodes in (5_000, 20_000, 80_000)]
     write(folder / "nodes.png", [drawn(one, HEAD, 2) for one in budgets])
 
-    alphas = [gs.draw(photo, options=gs.Options(alpha=alpha)) for alpha in (0, "tonal", 1)]
+    alphas = [gs.draw(photo, options=gs.Options(alpha=alpha, refine=0)) for alpha in (0, "tonal", 1)]
     write(folder / "alpha.png", [drawn(one, HEAD, 2) for one in alphas])
+
+    refined = [
+        gs.draw(photo, options=options) for options in (gs.Options(refine=0), gs.Options(), gs.Options(crispness=8, cohesion=1))
+    ]
+    write(folder / "refinement.png", [drawn(one, HEAD, 2) for one in refined])
 
     # A map of one's own: a bright disc on the face, dim elsewhere.
     row, column = np.mgrid[: luma.shape[0], : luma.shape[1]]

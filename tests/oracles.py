@@ -9,6 +9,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.ndimage
@@ -297,7 +298,7 @@ def components(edges: ArrayLike, labels: ArrayLike) -> Integers:
 
 
 def refine(
-    edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, areas: ArrayLike, parameters: dict[str, float], mean: float | None
+    edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, areas: ArrayLike, parameters: dict[str, Any]
 ) -> tuple[Integers, float]:
     """Ask every node again whether it is white, in the order of their numbers: one block."""
     labels, areas = np.array(labels, np.int64), np.asarray(areas, np.float64)
@@ -307,7 +308,7 @@ def refine(
         near[i].append(j)
         near[j].append(i)
     shift, gain, last = 0.0, 1.5, 0.0
-    for _ in range(int(parameters["sweeps"])):
+    for _ in range(parameters["sweeps"]):
         changed = 0
         for node, others in enumerate(near):
             if others and (labels[others] != labels[node]).all():
@@ -318,8 +319,8 @@ def refine(
             wish += shift * (1 + 0.2 * noise(node))
             changed += int((wish > 0) != (labels[node] == 1))
             labels[node] = wish > 0
-        off = 0.0 if mean is None else areas @ labels / areas.sum() - mean
-        over = off - np.clip(off, -parameters["tolerance"], parameters["tolerance"])
+        off = 0.0 if parameters["mean"] is None else areas @ labels / areas.sum() - parameters["mean"]
+        over = off - np.clip(off, -parameters["tone_tolerance"], parameters["tone_tolerance"])
         if over == 0 and changed <= len(labels) / 1000:
             break
         gain /= 2 if over * last < 0 else 1

@@ -317,23 +317,25 @@ def test_saliency_of_noise_and_of_small_images(seed, width, height, flat):
     check_saliency(gs._core.saliency(gray.astype(np.float32) / 255), gray)
 
 
-@given(
-    seed=SEEDS,
-    n=st.integers(3, 400),
-    low=st.floats(0.0, 0.6),
-    sweeps=st.integers(0, 8),
-    crispness=st.floats(0, 4),
-    cohesion=st.floats(0, 2),
-    mean=st.none() | st.floats(0, 1),
+REFINEMENTS = st.fixed_dictionaries(
+    {
+        "sweeps": st.integers(0, 8),
+        "crispness": st.floats(0, 4),
+        "cohesion": st.floats(0, 2),
+        "mean": st.none() | st.floats(0, 1),
+        "tone_tolerance": st.just(0.01),
+    }
 )
-def test_refine(seed, n, low, sweeps, crispness, cohesion, mean):
+
+
+@given(seed=SEEDS, n=st.integers(3, 400), low=st.floats(0.0, 0.6), parameters=REFINEMENTS)
+def test_refine(seed, n, low, parameters):
     sites, random = scattered(seed, n, 50, 40, "evenly"), np.random.default_rng(seed)
     edges = oracles.delaunay_edges(sites, 50, 40).astype(np.uint32)
     tones = (low + 0.4 * random.random(len(sites))).astype(np.float32)
     labels, areas = (random.random(len(sites)) < tones).astype(np.uint8), random.random(len(sites))
-    parameters = {"sweeps": sweeps, "crispness": crispness, "cohesion": cohesion}
-    found = stages.refine(edges, tones, labels, areas=areas, **parameters, mean=mean, tone_tolerance=0.01)
-    expected, shift = oracles.refine(edges, tones, labels, areas, {**parameters, "tolerance": 0.01}, mean)
+    found = stages.refine(edges, tones, labels, areas=areas, **parameters)
+    expected, shift = oracles.refine(edges, tones, labels, areas, parameters)
     np.testing.assert_array_equal(found.labels, expected)
     assert found.shift == pytest.approx(shift, abs=1e-9)
 
@@ -446,4 +448,3 @@ def test_emphasis_and_importance(name, nodes_per_pixel):
         found = stages.importance(tone, map_, options, is_saliency=is_saliency)
         expected = oracles.importance(tone, map_, spacing, shares, emphasized, is_saliency=is_saliency)
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4)
-
