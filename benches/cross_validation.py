@@ -36,6 +36,8 @@ GRID: dict[str, tuple[float, ...]] = {
     "local_contrast": (0.5, 0.7, 1.4, 2),
     "floor": (0.5, 0.7, 1.4, 2),
     "midtones": (0.5, 0.7, 1.4, 2),
+    "crispness": (0.5, 0.7, 1.4, 2),
+    "cohesion": (0.5, 0.7, 1.4, 2),
 }
 """Options, and what their defaults are multiplied by, one option at a time."""
 

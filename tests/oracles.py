@@ -184,7 +184,7 @@ def diffuse(
     alpha: float | str = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.245,
+    base: float = 0.15,
     detail_gain: float = 6.0,
     rings: int = 1,
     order: str = "blocks",
@@ -308,6 +308,7 @@ def refine(
         near[i].append(j)
         near[j].append(i)
     shift, gain, last = 0.0, 1.5, 0.0
+    sweeps: list[tuple[float, Integers, float]] = []
     for _ in range(parameters["sweeps"]):
         changed = 0
         for node, others in enumerate(near):
@@ -316,16 +317,20 @@ def refine(
             lack = np.mean(tones[others] - labels[others]) if others else 0.0
             company = np.mean(labels[others] - 0.5) if others else 0.0
             wish = parameters["crispness"] * (tones[node] - 0.5) + lack + parameters["cohesion"] * company
-            wish += shift * (1 + 0.2 * noise(node))
+            wish += shift + (0.2 * abs(shift) + 0.005) * noise(node)
             changed += int((wish > 0) != (labels[node] == 1))
             labels[node] = wish > 0
         off = 0.0 if parameters["mean"] is None else areas @ labels / areas.sum() - parameters["mean"]
         over = off - np.clip(off, -parameters["tone_tolerance"], parameters["tone_tolerance"])
+        sweeps.append((abs(over), labels.copy(), float(shift)))
         if over == 0 and changed <= len(labels) / 1000:
             break
         gain /= 2 if over * last < 0 else 1
         shift, last = shift - gain * over, over
-    return labels, float(shift)
+    if not sweeps:
+        return labels, 0.0
+    _, labels, shift = sweeps[-1] if sweeps[-1][0] == 0 else min(sweeps, key=lambda sweep: sweep[0])
+    return labels, shift
 
 
 def noise(number: int) -> float:

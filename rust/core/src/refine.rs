@@ -49,6 +49,9 @@ const FIRST_GAIN: f64 = 1.5;
 /// Nodes are shifted by up to this share more or less, each by its own: those of one flat tone would all turn at once, or none.
 const UNEVENNESS: f64 = 0.2;
 
+/// And by up to this much whatever the shift: in flat middle grey nodes are exactly undecided.
+const LEAST_UNEVENNESS: f64 = 0.005;
+
 /// Sweeps end when no more than this share of the nodes has changed, and the mean is right.
 const SETTLED: f64 = 1e-3;
 
@@ -89,6 +92,7 @@ fn refine_in_blocks(
 ) -> Result<f64> {
     let total: f64 = areas.iter().sum();
     let (mut shift, mut gain, mut last_over) = (0.0, FIRST_GAIN, 0.0);
+    let mut nearest: Option<Nearest> = None;
     for sweep in 0..parameters.sweeps {
         control.report(sweep as f32 / parameters.sweeps as f32)?;
         let node = NodeRule { graph, tones, parameters, shift };
@@ -98,8 +102,11 @@ fn refine_in_blocks(
             let off = white / total - mean;
             off - off.clamp(-tolerance, tolerance)
         });
-        if over == 0.0 && changed as f64 <= SETTLED * labels.len() as f64 {
-            break;
+        if over == 0.0 && (changed as f64 <= SETTLED * labels.len() as f64 || sweep + 1 == parameters.sweeps) {
+            return Ok(shift);
+        }
+        if nearest.as_ref().is_none_or(|nearest| over.abs() < nearest.over) {
+            nearest = Some(Nearest { over: over.abs(), labels: labels.to_vec(), shift });
         }
         // Smaller and smaller steps find the mean where many nodes have nearly one tone.
         if over * last_over < 0.0 {
@@ -108,7 +115,16 @@ fn refine_in_blocks(
         shift -= gain * over;
         last_over = over;
     }
-    Ok(shift)
+    let Some(nearest) = nearest else { return Ok(shift) };
+    labels.copy_from_slice(&nearest.labels);
+    Ok(nearest.shift)
+}
+
+/// The sweep after which the mean was least far off, for tones that have it after none.
+struct Nearest {
+    over: f64,
+    labels: Vec<u8>,
+    shift: f64,
 }
 
 /// What one node is asked, during one sweep.
@@ -152,7 +168,7 @@ impl NodeRule<'_> {
             return label;
         }
         let Refinement { crispness, cohesion, .. } = *self.parameters;
-        let shift = self.shift * (1.0 + UNEVENNESS * f64::from(noise(node as u64)));
+        let shift = self.shift + (UNEVENNESS * self.shift.abs() + LEAST_UNEVENNESS) * f64::from(noise(node as u64));
         let white = f64::from(white);
         let around = if row.is_empty() { 0.0 } else { (tone - white + cohesion * (white - 0.5 * degree)) / degree };
         u8::from(crispness * (f64::from(self.tones[node]) - 0.5) + around + shift > 0.0)
@@ -191,7 +207,12 @@ mod tests {
             |of: &dyn Fn(usize) -> f64| graph.row(node).iter().map(|j| of(*j as usize)).sum::<f64>() / graph.row(node).len() as f64;
         let lack = mean(&|j| f64::from(tones[j]) - f64::from(labels[j]));
         let company = mean(&|j| f64::from(labels[j]) - 0.5);
-        PLAIN.crispness * (f64::from(tones[node]) - 0.5) + lack + PLAIN.cohesion * company + shift > 0.0
+        PLAIN.crispness * (f64::from(tones[node]) - 0.5)
+            + lack
+            + PLAIN.cohesion * company
+            + shift
+            + LEAST_UNEVENNESS * f64::from(noise(node as u64))
+            > 0.0
     }
 
     #[test]
