@@ -85,7 +85,7 @@ class Session:
     The image and the importance are read here, and once: a saliency or a callable is not evaluated again. Only a drawing with
     another `background` than the last one reads them again, since transparent parts then look different.
 
-    A session keeps about 16 bytes a pixel of the photo, 1 a lattice node, 90 a node, and the last drawing; a drawing shares its
+    A session keeps about 16 bytes a pixel of the photo, 1 a lattice node, 86 a node, and the last drawing; a drawing shares its
     graph and its importance with the session. Threads may use one session: they draw one after the other.
 
     Parameters
