@@ -164,7 +164,7 @@ impl Prepared {
         let (outcome, lattice, graph) = (&self.outcome, &self.first.lattice, &*self.triangulation.graph);
         let (sites, emphasized, areas, labels) = (&outcome.graph.sites, &self.emphasized, &self.areas, &outcome.labels.labels);
         let (first_phase, second_phase) = (Diffusion::of_importance(options), Diffusion::of_tone(options));
-        let refinement = Refinement::of(options, luma.mean());
+        let refinement = Refinement::of(options, Some(luma.mean()));
         let shaping = Shaping::of(options);
         let nodes = move || Nodes { labels, areas, tones: Some(&self.means) };
         vec![

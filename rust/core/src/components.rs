@@ -108,6 +108,7 @@ mod tests {
         assert_eq!(found.ids, [0, 1, 1, 2, 3, 0]);
         assert_eq!(found.sizes, [2, 2, 1, 1]);
     }
+
     #[test]
     fn bands_do_not_show() {
         let graph = Lattice::new(LatticeKind::Hexagonal, 60, 50, 1.0).unwrap().to_graph();

@@ -235,7 +235,7 @@ fn run(
         let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
         let carried = (needs.carry == Carry::Area).then_some(&areas[..]);
         let mut labels = diffuse(graph, means, carried, &Diffusion::of_tone(needs), control)?;
-        let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, mean), control)?;
+        let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
         split(graph, means, &mut labels, needs.split)?;
         Ok(Labels { labels, shift })
     })?;

@@ -36,10 +36,10 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// What the options say, for a photo of this mean tone.
-    pub fn of(options: &Options, mean: f64) -> Self {
+    /// What the options say, for a photo of this mean tone; without one the mean is as it comes.
+    pub fn of(options: &Options, mean: Option<f64>) -> Self {
         let Options { refine, crispness, cohesion, tone_tolerance, .. } = *options;
-        Self { sweeps: refine, crispness, cohesion, mean: tone_tolerance.map(|tolerance| (mean, tolerance)) }
+        Self { sweeps: refine, crispness, cohesion, mean: mean.zip(tone_tolerance) }
     }
 }
 
@@ -90,13 +90,20 @@ fn refine_in_blocks(
     size: usize,
     control: &Control,
 ) -> Result<f64> {
+    if parameters.sweeps == 0 {
+        return Ok(0.0);
+    }
     let total: f64 = areas.iter().sum();
     let (mut shift, mut gain, mut last_over) = (0.0, FIRST_GAIN, 0.0);
     let mut nearest: Option<Nearest> = None;
+    // The same in every sweep.
+    let around = |node: usize| graph.row(node).iter().map(|j| f64::from(tones[*j as usize])).sum();
+    let tones_around: Vec<f64> = (0..labels.len()).into_par_iter().map(around).collect();
+    let mut before = vec![0; labels.len()];
     for sweep in 0..parameters.sweeps {
         control.report(sweep as f32 / parameters.sweeps as f32)?;
-        let node = NodeRule { graph, tones, parameters, shift };
-        let changed: usize = (0..2).map(|parity| node.ask_blocks(parity, size, labels)).sum();
+        let node = NodeRule { graph, tones, tones_around: &tones_around, parameters, shift };
+        let changed: usize = (0..2).map(|parity| node.ask_blocks(parity, size, labels, &mut before)).sum();
         let over = parameters.mean.filter(|_| total > 0.0).map_or(0.0, |(mean, tolerance)| {
             let white: f64 = labels.iter().zip(areas).filter(|(label, _)| **label == 1).map(|(_, area)| area).sum();
             let off = white / total - mean;
@@ -131,16 +138,20 @@ struct Nearest {
 struct NodeRule<'a> {
     graph: &'a Graph,
     tones: &'a [f32],
+    /// The sum of the tones of every node's neighbours.
+    tones_around: &'a [f64],
     parameters: &'a Refinement,
     shift: f64,
 }
 
 impl NodeRule<'_> {
-    /// Asks the nodes of every other block, from the block `parity` on. Returns how many labels changed.
-    fn ask_blocks(&self, parity: usize, size: usize, labels: &mut [u8]) -> usize {
-        let before = labels.to_vec();
+    /// Asks the nodes of every other block, from the block `parity` on. Returns how many labels changed; `before` is for those that
+    /// there were.
+    fn ask_blocks(&self, parity: usize, size: usize, labels: &mut [u8], before: &mut [u8]) -> usize {
+        before.copy_from_slice(labels);
+        let before = &*before;
         let blocks = labels.par_chunks_mut(size).enumerate().filter(|(block, _)| block % 2 == parity);
-        blocks.map(|(block, own)| self.ask_block(block * size, own, &before)).sum()
+        blocks.map(|(block, own)| self.ask_block(block * size, own, before)).sum()
     }
 
     fn ask_block(&self, first: usize, own: &mut [u8], before: &[u8]) -> usize {
@@ -158,19 +169,15 @@ impl NodeRule<'_> {
 
     fn label(&self, node: usize, label: u8, label_of: impl Fn(usize) -> u8) -> u8 {
         let row = self.graph.row(node);
-        let (mut white, mut tone) = (0u32, 0.0);
-        for &j in row {
-            white += u32::from(label_of(j as usize));
-            tone += f64::from(self.tones[j as usize]);
-        }
+        let white: u32 = row.iter().map(|j| u32::from(label_of(*j as usize))).sum();
         let degree = row.len() as f64;
         if !row.is_empty() && white == u32::from(1 - label) * row.len() as u32 {
             return label;
         }
         let Refinement { crispness, cohesion, .. } = *self.parameters;
         let shift = self.shift + (UNEVENNESS * self.shift.abs() + LEAST_UNEVENNESS) * f64::from(noise(node as u64));
-        let white = f64::from(white);
-        let around = if row.is_empty() { 0.0 } else { (tone - white + cohesion * (white - 0.5 * degree)) / degree };
+        let (white, tones) = (f64::from(white), self.tones_around[node]);
+        let around = if row.is_empty() { 0.0 } else { (tones - white + cohesion * (white - 0.5 * degree)) / degree };
         u8::from(crispness * (f64::from(self.tones[node]) - 0.5) + around + shift > 0.0)
     }
 }

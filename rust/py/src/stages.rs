@@ -196,11 +196,7 @@ pub(crate) fn refine<'py>(
     mean: Option<f64>,
     options_json: &str,
 ) -> PyResult<(Bound<'py, PyArray1<u8>>, f64)> {
-    let options = options::parse(options_json)?;
-    let parameters = match mean {
-        Some(mean) => Refinement::of(&options, mean),
-        None => Refinement { mean: None, ..Refinement::of(&options, 0.0) },
-    };
+    let parameters = Refinement::of(&options::parse(options_json)?, mean);
     let (edges, tones, areas) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&areas));
     let mut labels = arrays::values(&labels);
     let (labels, shift) = watch::run_core(py, move |control| {
