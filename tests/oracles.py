@@ -157,10 +157,9 @@ def local_means(neighbours: list[list[int]], values: list[float], rings: int) ->
     return means
 
 
-def blocks(count: int, order: str) -> list[range]:
+def bands(count: int) -> list[range]:
     """Cut nodes into runs of consecutive ones, at least 4096 and 64 times the root of their number in each."""
-    number = 1 if order == "global" else max(1, count // max(4096, 64 * math.isqrt(count)))
-    size = max(1, -(-count // number))
+    size = max(1, -(-count // max(1, count // max(4096, 64 * math.isqrt(count)))))
     return [range(first, min(first + size, count)) for first in range(0, count, size)]
 
 
@@ -187,58 +186,129 @@ def diffuse(
     base: float = 0.15,
     detail_gain: float = 6.0,
     rings: int = 1,
-    order: str = "blocks",
+    order: str = "rows",
 ) -> NDArray[np.uint8]:
-    """Diffuse errors by a heap whose stale entries are skipped when they surface: even blocks with margins, then odd ones."""
+    """Diffuse errors, by a heap whose stale entries are skipped when they surface, or by number in bands that start early."""
     points = np.asarray(sites, dtype=np.float64).tolist()
     start: list[float] = np.asarray(values, dtype=np.float32).astype(np.float64).tolist()
     cells = None if areas is None else np.asarray(areas, dtype=np.float64).tolist()
     neighbours = adjacency(len(start), edges)
     means = local_means(neighbours, start, rings)
-    current = list(start)
     labels: list[int | None] = [None] * len(start)
 
-    def priority(i: int) -> float:
-        return -abs(current[i] - 0.5)
+    def label(i: int, current: list[float], open_ones: list[int]) -> None:
+        labels[i] = int(current[i] >= 0.5)
+        share = passed_on(alpha, (base, detail_gain), start[i], means[i], labels[i])
+        exponents = [(k1 * abs(start[i] - start[j]) + k2 * math.dist(points[i], points[j])) ** 2 for j in open_ones]
+        weights = [math.exp(min(exponents) - e) for e in exponents]
+        for j, weight in zip(open_ones, weights, strict=True):
+            ratio = 1.0 if cells is None or cells[i] == cells[j] else min(cells[i] / cells[j], 16.0)
+            current[j] += weight / math.fsum(weights) * share * (current[i] - labels[i]) * ratio
 
-    runs = blocks(len(start), order)
-    margin = len(runs[0]) // 16 if runs else 0
-    changes: list[tuple[int, float]] = []
-    for own in [*runs[::2], *runs[1::2]]:
-        is_even = own in runs[::2]
-        tried = range(max(own.start - margin, 0), min(own.stop + margin, len(start))) if is_even else own
-        for i in tried:
-            current[i] = start[i]
-        for i, change in changes if not is_even else []:
-            current[i] += change if i in own else 0.0
-        heap = [(priority(i), i) for i in tried]
-        heapq.heapify(heap)
-        while heap:
-            key, i = heapq.heappop(heap)
-            if labels[i] is not None or key != priority(i):
-                continue
-            label = labels[i] = int(current[i] >= 0.5)
-            error = current[i] - label
-            open_ones = [j for j in neighbours[i] if labels[j] is None and j in tried]
-            if not open_ones:
-                continue
-            share = passed_on(alpha, (base, detail_gain), start[i], means[i], label)
-            exponents = [(k1 * abs(start[i] - start[j]) + k2 * math.dist(points[i], points[j])) ** 2 for j in open_ones]
-            least = min(exponents)
-            weights = [math.exp(least - e) for e in exponents]
-            total = math.fsum(weights)
-            for j, weight in zip(open_ones, weights, strict=True):
-                ratio = 1.0 if cells is None or cells[i] == cells[j] else min(cells[i] / cells[j], 16.0)
-                given = weight / total * share * error
-                current[j] += given * ratio
-                heapq.heappush(heap, (priority(j), j))
-                if i in own and j not in own:
-                    changes.append((j, given * ratio))
-                elif j in own and i not in own:
-                    changes.append((i, -given))
-        for i in tried:
-            if i not in own:
-                labels[i] = None
+    if order == "rows":
+        for band in bands(len(start)):
+            current = list(start)
+            found = labels[: band.start]
+            for i in range(max(0, band.start - len(bands(len(start))[0]) // 4), band.stop):
+                later = [j for j in neighbours[i] if j > i]
+                if band.start == 0 and 3 * (len(neighbours[i]) - len(later)) < len(neighbours[i]):
+                    # The share does not depend on the side of the label here.
+                    current[i] += 0.5 * noise(i) * passed_on(alpha, (base, detail_gain), start[i], means[i], int(start[i] >= 0.5))
+                label(i, current, later)
+            labels[: band.start] = found
+        return np.array(labels, dtype=np.uint8)
+
+    current = list(start)
+    heap = [(-abs(value - 0.5), i) for i, value in enumerate(current)]
+    heapq.heapify(heap)
+    while heap:
+        key, i = heapq.heappop(heap)
+        if labels[i] is None and key == -abs(current[i] - 0.5):
+            open_ones = [j for j in neighbours[i] if labels[j] is None]
+            label(i, current, open_ones)
+            for j in open_ones:
+                heapq.heappush(heap, (-abs(current[j] - 0.5), j))
+    return np.array(labels, dtype=np.uint8)
+
+
+MASK = (1 << 64) - 1
+
+
+def mixed(number: int) -> int:
+    """Finish SplitMix64."""
+    z = (number + 1) * 0x9E3779B97F4A7C15 & MASK
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 & MASK
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB & MASK
+    return z ^ (z >> 31)
+
+
+def noise(number: int) -> float:
+    """Scale what SplitMix64 makes of a number to [-1, 1), by its highest 24 bits."""
+    return (mixed(number) >> 40) / 2**23 - 1
+
+
+def diffuse_in_rows(
+    sites: ArrayLike,
+    edges: ArrayLike,
+    values: ArrayLike,
+    *,
+    alpha: float | str = 1.0,
+    k1: float = 1.0,
+    k2: float = 0.1,
+    base: float = 0.15,
+    detail_gain: float = 6.0,
+    rings: int = 1,
+) -> NDArray[np.uint8]:
+    """Scan the rows of a lattice to and fro, in bands of 128 that start 16 rows early, mirrored at the top."""
+    points = np.asarray(sites, dtype=np.float64).tolist()
+    start: list[float] = np.asarray(values, dtype=np.float32).astype(np.float64).tolist()
+    neighbours = adjacency(len(start), edges)
+    means = local_means(neighbours, start, rings)
+    rows: list[list[int]] = []
+    for node, (_, y) in enumerate(points):
+        if not rows or points[rows[-1][0]][1] != y:
+            rows.append([])
+        rows[-1].append(node)
+    labels = [0] * len(start)
+    margin = min(8, min(len(row) for row in rows[:2]) - 1)
+    # How many columns further right than a node its lower neighbours are, in rows of either kind.
+    shifted = len(rows) > 1 and points[rows[0][0]][0] != points[rows[1][0]][0]
+    beside = {0: (-1, 0), 1: (0, 1)} if shifted else {0: (0,), 1: (0,)}
+    here = points[rows[0][0]]
+    along = math.dist(here, points[rows[0][1]]) if len(rows[0]) > 1 else 0.0
+    across = min((math.dist(here, points[other]) for other in rows[1]), default=0.0) if len(rows) > 1 else 0.0
+    for first in range(0, len(rows), 128):
+        own = list(range(first, min(first + 128, len(rows))))
+        before = [abs(first - k) for k in range(min(16, len(rows) - 1), 0, -1)]
+        beyond = [own[-1] + 1] if own[-1] + 1 < len(rows) else [own[-1] - 1] if own[-1] else []
+        order = [
+            [*row[:margin][::-1], *row, *row[len(row) - margin :][::-1]] for row in (rows[k] for k in [*before, *own, *beyond])
+        ]
+        received = {p: 0.5 * noise(p) if before else 0.0 for p in range(len(order[0]) + 1)}
+        for step, row in enumerate([*before, *own]):
+            nodes, below = order[step], order[step + 1] if step + 1 < len(order) else []
+            passed: dict[int, float] = {}
+            carried, way = 0.0, 1 if row % 2 == 0 else -1
+            for p in range(len(nodes))[::way]:
+                i = nodes[p]
+                current = start[i] + received.get(p, 0.0) + carried
+                label, carried = int(current >= 0.5), 0.0
+                if step >= len(before) and margin <= p < len(nodes) - margin:
+                    labels[i] = label
+                ahead = [(p + way, nodes[p + way], along)] if 0 <= p + way < len(nodes) else []
+                down = [(p + side, below[p + side], across) for side in beside[row % 2] if 0 <= p + side < len(below)]
+                open_ones = [*ahead, *down]
+                share = passed_on(alpha, (base, detail_gain), start[i], means[i], label)
+                exponents = [(k1 * abs(start[i] - start[j]) + k2 * distance) ** 2 for _, j, distance in open_ones]
+                units = [(mixed(i) >> 20 * place & 0xFFFFF) / 2**20 for place in range(len(open_ones))]
+                weights = [math.exp(min(exponents) - e) * (0.5 + unit) for e, unit in zip(exponents, units, strict=True)]
+                for k, ((q, _, _), weight) in enumerate(zip(open_ones, weights, strict=True)):
+                    given = weight / math.fsum(weights) * share * (current - label)
+                    if k < len(ahead):
+                        carried = given
+                    else:
+                        passed[q] = passed.get(q, 0.0) + given
+            received = passed
     return np.array(labels, dtype=np.uint8)
 
 
@@ -331,14 +401,6 @@ def refine(
         return labels, 0.0
     _, labels, shift = sweeps[-1] if sweeps[-1][0] == 0 else min(sweeps, key=lambda sweep: sweep[0])
     return labels, shift
-
-
-def noise(number: int) -> float:
-    """Scale what SplitMix64 makes of a number to [-1, 1), by its highest 24 bits."""
-    z = (number + 1) * 0x9E3779B97F4A7C15 % 2**64
-    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
-    z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
-    return float((z ^ z >> 31) >> 40) / 2**23 - 1
 
 
 def split(edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, most: int) -> Integers:

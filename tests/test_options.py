@@ -36,7 +36,8 @@ def test_paper_is_rusts_and_changes_apply() -> None:
         "split": 0,
         "crossings": "midpoint",
     }
-    diffusion = {"base": 0.5, "importance_alpha": "dynamic", "alpha": "dynamic", "order": "global", "carry": "value"}
+    diffusion = {"base": 0.5, "importance_alpha": "dynamic", "alpha": "dynamic", "carry": "value"}
+    diffusion |= {"importance_order": "global", "order": "global"}
     expected = gs.Options(density=0.5, relax=2, tolerance=0, **ours, **diffusion)  # type: ignore[arg-type]
     assert gs.Options.paper(relax=2, density=0.5) == expected
 
@@ -89,7 +90,7 @@ def test_numpy_scalars_are_numbers() -> None:
         ({"alpha": 1.5}, "alpha is 1.5"),
         ({"alpha": "static"}, 'alpha is "static", but it must be "tonal", "dynamic" or a number'),
         ({"importance_alpha": -0.1}, "importance_alpha is -0.1"),
-        ({"order": "random"}, 'order is "random", but it must be "global" or "blocks"'),
+        ({"order": "random"}, 'order is "random", but it must be "rows" or "global"'),
         ({"carry": "all"}, 'carry is "all", but it must be "value" or "area"'),
         ({"crossings": "edge"}, 'crossings is "edge", but it must be "midpoint" or "tone"'),
         ({"split": 13}, "split is 13, but it must be between 0 and 12 nodes"),

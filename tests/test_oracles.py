@@ -44,7 +44,7 @@ def test_diffusion_with_alpha_0_is_a_threshold_and_with_alpha_1_keeps_the_sum():
     sites, edges = oracles.lattice(30, 20)
     values = np.random.default_rng(3).random(len(sites)).astype(np.float32)
     np.testing.assert_array_equal(oracles.diffuse(sites, edges, values, alpha=0.0), values >= 0.5)
-    assert abs(oracles.diffuse(sites, edges, values, alpha=1.0).mean() - values.mean()) < 0.03
+    assert abs(oracles.diffuse(sites, edges, values, alpha=1.0, order="global").mean() - values.mean()) < 0.03
 
 
 def test_diffusion_by_a_scan_instead_of_a_heap():
@@ -67,7 +67,7 @@ def test_diffusion_by_a_scan_instead_of_a_heap():
         alpha = 0.5 + 6 * abs(start[i] - mean) if (labels[i] == 1) == (start[i] >= 0.5) else 0.0
         weight = np.exp(-((abs(start[i] - start[to]) + 0.1 * np.linalg.norm(sites[i] - sites[to], axis=1)) ** 2))
         now[to] += weight / weight.sum() * alpha * (now[i] - labels[i])
-    np.testing.assert_array_equal(oracles.diffuse(sites, edges, values, alpha="dynamic", base=0.5), labels)
+    np.testing.assert_array_equal(oracles.diffuse(sites, edges, values, alpha="dynamic", base=0.5, order="global"), labels)
 
 
 def test_components_are_numbered_by_their_lowest_node():

@@ -38,6 +38,7 @@ CHANGES: dict[str, Any] = {
     "rings": 2,
     "importance_alpha": "dynamic",
     "alpha": "dynamic",
+    "importance_order": "global",
     "order": "global",
     "carry": "value",
     "refine": 0,
@@ -132,18 +133,19 @@ def test_only_what_changed_is_computed(small: np.ndarray) -> None:
 
 
 def test_the_order_of_nodes_reaches_both_diffusions(astronaut: np.ndarray) -> None:
-    # Fewer than some 16,000 nodes are one block, and then both orders are the same.
+    # Several bands.
     several = {"density": 1.0, "nodes": 20_000}
     session = gs.Session(astronaut[:256, :256])
-    in_blocks, by_one_order = (session.draw(gs.Options(order=order, **several)) for order in ("blocks", "global"))
-    assert in_blocks.svg() != by_one_order.svg()
-    assert "importance" in by_one_order.stats["seconds"]
-    for drawing in (in_blocks, by_one_order):
+    orders = [{}, {"order": "global"}, {"importance_order": "global"}]
+    drawings = [session.draw(gs.Options(**several, **order)) for order in orders]
+    assert len({drawing.svg() for drawing in drawings}) == 3
+    assert ["importance" in drawing.stats["seconds"] for drawing in drawings] == [True, False, True]
+    for drawing in drawings:
         for threads in (1, 2):
             assert gs.draw(astronaut[:256, :256], options=drawing.options.replace(threads=threads)).svg() == drawing.svg()
     # The tone's diffusion alone.
-    sites, edges, tone = in_blocks.graph.sites, in_blocks.graph.edges, in_blocks.graph.tone
-    assert not np.array_equal(*(gs.stages.diffuse(sites, edges, tone, order=order) for order in ("blocks", "global")))
+    sites, edges, tone = drawings[0].graph.sites, drawings[0].graph.edges, drawings[0].graph.tone
+    assert not np.array_equal(*(gs.stages.diffuse(sites, edges, tone, order=order) for order in ("rows", "global")))
 
 
 def test_image_and_importance_are_read_once(small: np.ndarray, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 
 import numpy as np
@@ -125,8 +126,9 @@ def test_relax(seed, n, how, steps):
     base=st.floats(0.0, 1.0),
     detail_gain=st.floats(0.0, 12.0),
     rings=st.integers(1, 3),
+    order=st.sampled_from(["rows", "global"]),
 )
-def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, detail_gain, rings):  # noqa: PLR0917
+def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, detail_gain, rings, order):  # noqa: PLR0917
     if kind == "delaunay":
         sites = scattered(seed, int(30 + 300 * density), 40, 25, "evenly")
         edges = oracles.delaunay_edges(sites, 40, 25)
@@ -137,22 +139,23 @@ def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, det
     values = np.clip(random.random(len(sites)) ** random.uniform(0.3, 3), 0, 1).astype(np.float32)
     areas = random.random(len(sites)) ** 3 if by_area else None
     options = {"areas": areas, "alpha": alpha, "k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
+    options["order"] = order
     found = stages.diffuse(sites, edges.astype(np.uint32), values, **options)
     assert found.dtype == np.uint8
     np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
 
 
 @pytest.mark.parametrize("alpha", ["tonal", 1.0])
-@pytest.mark.parametrize("order", ["blocks", "global"])
+@pytest.mark.parametrize("order", ["rows", "global"])
 @pytest.mark.parametrize("kind", [*KINDS, "delaunay"])
 def test_diffuse_many_nodes(kind, order, alpha):
-    """Four blocks; on the Delaunay graph, whose nodes are in no order, edges join all of them."""
+    """Four bands; on the Delaunay graph, whose nodes are in no order, edges join all of them."""
     if kind == "delaunay":
         sites = scattered(3, 70_000, 300, 235, "evenly")
         edges = oracles.sorted_edges(stages.triangulate(sites, 300, 235))
     else:
         sites, edges = oracles.lattice(300, 235, 1.0, kind)
-    assert len(oracles.blocks(len(sites), "blocks")) == 4
+    assert len(oracles.bands(len(sites))) == 4
     random = np.random.default_rng(4)
     values, areas = random.random(len(sites), np.float32), 0.5 + random.random(len(sites))
     options = {"areas": areas, "alpha": alpha, "order": order}
@@ -164,15 +167,16 @@ def test_diffuse_many_nodes(kind, order, alpha):
 @pytest.mark.parametrize("alpha", ["tonal", "dynamic", 1.0])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("density", [0.3, 1.7])
-def test_diffuse_on_photos(name, alpha, kind, density):
+@pytest.mark.parametrize("order", ["rows", "global"])
+def test_diffuse_on_photos(name, alpha, kind, density, order):
     width, height = 64, 48
     sites, edges = oracles.lattice(width, height, density, kind)
     values = stages.cells(sites, width, height, photo_luma(name, width, height)).means
     # Equal values side by side tie up to rounding, and a tie broken the other way changes all that follows: a thousandth of
     # noise takes the ties away.
     values = (0.999 * values + 0.001 * np.random.default_rng(0).random(len(values))).astype(np.float32)
-    found = stages.diffuse(sites, edges.astype(np.uint32), values, alpha=alpha)
-    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=alpha))
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, alpha=alpha, order=order)
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=alpha, order=order))
 
 
 @given(n=st.integers(1, 80), eighths=st.integers(0, 8), alpha=st.sampled_from([0.0, 0.5, 1.0]))
@@ -181,15 +185,15 @@ def test_diffuse_breaks_exact_ties_by_index(n, eighths, alpha):
     sites = np.stack([np.arange(n) + 0.5, np.full(n, 0.5)], axis=1)
     edges = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1).astype(np.uint32)
     values = np.full(n, eighths / 8, np.float32)
-    found = stages.diffuse(sites, edges, values, alpha=alpha)
-    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=alpha))
+    found = stages.diffuse(sites, edges, values, alpha=alpha, order="global")
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=alpha, order="global"))
 
 
 def test_diffuse_between_nodes_hundreds_of_pixels_apart():
     sites = scattered(5, 60, 30_000, 20_000, "evenly")
     edges, values = oracles.delaunay_edges(sites, 30_000, 20_000), np.random.default_rng(5).random(60, np.float32)
-    found = stages.diffuse(sites, edges.astype(np.uint32), values, alpha=1.0)
-    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=1.0))
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, alpha=1.0, order="global")
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, alpha=1.0, order="global"))
 
 
 def test_diffuse_without_edges_is_a_threshold():
@@ -200,18 +204,40 @@ def test_diffuse_without_edges_is_a_threshold():
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("density", [0.5, 1.5])
-def test_lattice_labels(kind, density):
-    importance = np.random.default_rng(2).random((30, 40), np.float32) ** 2
-    sites, labels, factor = stages.lattice_labels(importance, gs.Options(lattice=kind, density=density))
-    assert factor == 1
-    expected, edges = oracles.lattice(40, 30, density, kind)
-    np.testing.assert_allclose(sites, expected, rtol=0, atol=1e-9)
-    for samples_per_pixel in (1, 2, 3, 4, 6, 8):
+@pytest.mark.parametrize("order", ["rows", "global"])
+def test_lattice_labels(kind, density, order):
+    """The tall lattice has several bands."""
+    random = np.random.default_rng(2)
+    for width, height in [(40, 30), (9, 330)]:
+        importance = random.random((height, width), np.float32) ** 2
+        options = gs.Options(lattice=kind, density=density, importance_order=order)
+        sites, labels, factor = stages.lattice_labels(importance, options)
+        assert factor == 1
+        expected, edges = oracles.lattice(width, height, density, kind)
+        np.testing.assert_allclose(sites, expected, rtol=0, atol=1e-9)
         # How fine the samples are is the pipeline's choice, but some whole number a pixel must explain the labels.
-        means = stages.cells(sites, 40, 30, importance, samples_per_pixel).means
-        if np.array_equal(oracles.diffuse(sites, edges, means, alpha=1.0), labels):
-            return
-    pytest.fail("no sample grid gives these labels")
+        diffused = oracles.diffuse_in_rows if order == "rows" else functools.partial(oracles.diffuse, order="global")
+        grids = (stages.cells(sites, width, height, importance, samples).means for samples in (1, 2, 3, 4, 6, 8))
+        assert any(np.array_equal(diffused(sites, edges, means, alpha=1.0), labels) for means in grids)
+
+
+@given(
+    seed=SEEDS,
+    kind=st.sampled_from(KINDS),
+    alpha=st.one_of(st.sampled_from(["tonal", "dynamic"]), st.floats(0.0, 1.0)),
+    k1=st.floats(0.0, 1000.0),
+    k2=st.floats(0.0, 1000.0),
+    base=st.floats(0.0, 1.0),
+    detail_gain=st.floats(0.0, 12.0),
+    rings=st.integers(1, 3),
+)
+def test_lattice_labels_in_rows(seed, kind, alpha, k1, k2, base, detail_gain, rings):  # noqa: PLR0917
+    importance = np.random.default_rng(seed).random((15, 20), np.float32)
+    tuning = {"k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
+    sites, labels, _ = stages.lattice_labels(importance, gs.Options(lattice=kind, density=1.0, importance_alpha=alpha, **tuning))
+    _, edges = oracles.lattice(20, 15, 1.0, kind)
+    means = stages.cells(sites, 20, 15, importance, stages.samples_per_pixel(1.0)).means
+    np.testing.assert_array_equal(oracles.diffuse_in_rows(sites, edges, means, alpha=alpha, **tuning), labels)
 
 
 # Triangulation -------------------------------------------------------------------------------------------------------------------

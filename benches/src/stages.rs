@@ -14,6 +14,7 @@ use graphstipple_core::pipeline::{FirstGraph, draw, first_graph, kept_sites};
 use graphstipple_core::raster::rasterize;
 use graphstipple_core::refine::{Refinement, refine};
 use graphstipple_core::saliency::fine_grained;
+use graphstipple_core::scan::diffuse_lattice;
 use graphstipple_core::svg::to_svg;
 use graphstipple_core::triangulation::{Triangulation, triangulate};
 use graphstipple_core::voronoi::{cells, lattice_means, relax, samples_per_pixel};
@@ -172,7 +173,7 @@ impl Prepared {
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),
             Stage::new("importance", Parallel, move || importance.mixed(luma, emphasized, budget.spacing, options)),
             Stage::new("lattice_means", Parallel, move || lattice_means(lattice, &outcome.importance, samples, control)),
-            Stage::new("first_diffusion", Parallel, move || diffuse(lattice, &self.values, None, &first_phase, control)),
+            Stage::new("first_diffusion", Parallel, move || diffuse_lattice(lattice, &self.values, &first_phase, control)),
             Stage::new("node_budget", Mixed, move || first_graph(&outcome.importance, options, control)),
             Stage::with_input(
                 "relaxation",

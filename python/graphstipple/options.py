@@ -53,9 +53,9 @@ class Options:
     importance_alpha, alpha : "tonal", "dynamic" or float
         Share of a node's error that is passed on, when the importance and when the tone is diffused: tonal (`base` in middle
         tones, none at black and white), dynamic (the paper's), or the same everywhere, 0 (thresholding) to 1 (halftoning).
-    order : {"blocks", "global"}
-        In which order nodes are labelled: blocks of rows, each in an order of its own and many at a time, or one order over all
-        nodes (the paper's).
+    importance_order, order : {"rows", "global"}
+        In which order nodes are labelled, when the importance and when the tone is diffused: row by row, or one order by priority
+        over all nodes (the paper's). When the tone is, the latter keeps more of the photo's structure where `refine` is 0.
     carry : {"area", "value"}
         What is passed on when the tone is diffused: the error times the area of the node's cell, or the error's value.
     refine : int
@@ -113,7 +113,7 @@ class Options:
     fineness: float = 1.0
     detail: float = 0.95
     floor: float = 0.07
-    midtones: float = 0.7
+    midtones: float = 0.8
     relax: int = 1
     k1: float = 1.0
     k2: float = 0.1
@@ -122,7 +122,8 @@ class Options:
     rings: int = 1
     importance_alpha: Literal["tonal", "dynamic"] | float = 1.0
     alpha: Literal["tonal", "dynamic"] | float = "tonal"
-    order: Literal["blocks", "global"] = "blocks"
+    importance_order: Literal["rows", "global"] = "rows"
+    order: Literal["rows", "global"] = "rows"
     carry: Literal["area", "value"] = "area"
     refine: int = 12
     crispness: float = 1.9

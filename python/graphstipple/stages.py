@@ -309,7 +309,7 @@ def diffuse(
     base: float = 0.15,
     detail_gain: float = 6.0,
     rings: int = 1,
-    order: Literal["blocks", "global"] = "blocks",
+    order: Literal["rows", "global"] = "rows",
 ) -> npt.NDArray[np.uint8]:
     """Return a label for every node by priority error diffusion (docs/method.md).
 
@@ -324,7 +324,7 @@ def diffuse(
     areas : array_like, (n,), optional
         Cell area of every node in px^2, for errors that are carried by area; without, they are carried by value.
     alpha, k1, k2, base, detail_gain, rings, order
-        As in `graphstipple.Options`. Blocks are of nodes with consecutive numbers.
+        As in `graphstipple.Options`. Rows are nodes with consecutive numbers.
 
     Returns
     -------

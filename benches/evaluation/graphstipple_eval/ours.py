@@ -14,7 +14,7 @@ the node budget among them, as in the defaults:
 - detail in the importance: `detail`, `floor`, `midtones`;
 - emphasis: `sharpen`, `local_contrast`;
 - tonal alpha: `alpha`, `base`;
-- nodes labelled in blocks: `order`;
+- nodes labelled row by row: `importance_order` where they are chosen, `order` where they become black or white;
 - error carried by area: `carry`;
 - labels refined: `refine`;
 - correction of the mean tone: `tone_tolerance`;
@@ -77,7 +77,8 @@ _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-detail-importance", "no detail in the importance", {"detail": 0, "floor": 0, "midtones": 0}),
     ("no-emphasis", "no emphasis", {"sharpen": 0, "local_contrast": 0}),
     ("no-tonal-alpha", "dynamic alpha", {"alpha": "dynamic", "base": 0.5}),
-    ("global-order", "one order for all nodes", {"order": "global"}),
+    ("global-importance-order", "nodes chosen by priority", {"importance_order": "global"}),
+    ("global-order", "nodes labelled by priority", {"order": "global"}),
     ("no-area", "error carried by value", {"carry": "value"}),
     ("unrefined", "labels as diffused", {"refine": 0}),
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),

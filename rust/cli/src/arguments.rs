@@ -160,8 +160,12 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ALPHA", value_parser = parse_alpha, allow_negative_numbers = true, help_heading = "Diffusion")]
     alpha: Option<Alpha>,
 
-    /// Order in which nodes are labelled: blocks (blocks of rows, many at a time) or global (one order over all nodes, the paper's);
-    /// default blocks
+    /// Order in which nodes are chosen by importance: rows (row by row) or global (one order by priority, the paper's); default rows
+    #[arg(long, value_name = "ORDER", value_parser = parse_order, help_heading = "Diffusion")]
+    importance_order: Option<Order>,
+
+    /// Order in which nodes become black or white: rows or global, as above; global keeps more of the photo where `--refine` is 0;
+    /// default rows
     #[arg(long, value_name = "ORDER", value_parser = parse_order, help_heading = "Diffusion")]
     order: Option<Order>,
 
@@ -364,6 +368,7 @@ impl Arguments {
         set(&mut options.rings, self.rings);
         set(&mut options.importance_alpha, self.importance_alpha);
         set(&mut options.alpha, self.alpha);
+        set(&mut options.importance_order, self.importance_order);
         set(&mut options.order, self.order);
         set(&mut options.carry, self.carry);
         set(&mut options.tone_tolerance, self.tone_tolerance.map(|MaybeNumber(number)| number));
@@ -463,8 +468,8 @@ fn parse_alpha(text: &str) -> Result<Alpha, String> {
 fn parse_order(text: &str) -> Result<Order, String> {
     match text {
         "global" => Ok(Order::Global),
-        "blocks" => Ok(Order::Blocks),
-        _ => Err("it must be global or blocks".into()),
+        "rows" => Ok(Order::Rows),
+        _ => Err("it must be rows or global".into()),
     }
 }
 
@@ -530,7 +535,7 @@ mod tests {
     #[test]
     fn every_option_arrives() {
         let all = "--lattice square --density 1.5 --nodes 60000 --fineness 2 --detail 0.7 --floor 0.1 --midtones 0.5 --relax 2 \
-                   --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --alpha 1 --order global \
+                   --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --importance-order global --alpha 1 --order global \
                    --carry value --refine 5 --crispness 3 --cohesion 0.5 --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
                    --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.5 --linear --gamma 1.1 --contrast 1.2 --invert \
                    --threads 2 --background #0aF01b";
@@ -550,6 +555,7 @@ mod tests {
             detail_gain: 5.0,
             rings: 4,
             importance_alpha: Alpha::Constant(0.5),
+            importance_order: Order::Global,
             alpha: Alpha::Constant(1.0),
             order: Order::Global,
             carry: Carry::Value,

@@ -14,12 +14,13 @@
 use rayon::prelude::*;
 
 use crate::control::Control;
-use crate::diffusion::{Diffusion, diffuse};
+use crate::diffusion::Diffusion;
 use crate::error::{Error, Result};
 use crate::graph::Adjacency;
 use crate::lattice::Lattice;
 use crate::noise::noise;
 use crate::params::Alpha;
+use crate::scan::diffuse_lattice;
 
 /// How far from the budget the number of kept nodes may be, as a share of it.
 const TOLERANCE: f64 = 0.01;
@@ -79,8 +80,8 @@ fn search(lattice: &Lattice, values: &[f32], nodes: f64, parameters: &Diffusion,
     let all = values.len() as f64;
     let attempt = |guess: f64| -> Result<Attempt> {
         let factor = sums.factor(guess);
-        let scaled: Vec<f32> = values.iter().map(|v| (f64::from(*v) * factor).min(1.0) as f32).collect();
-        let labels = diffuse(lattice, &scaled, None, parameters, control)?;
+        let scaled: Vec<f32> = values.par_iter().map(|v| (f64::from(*v) * factor).min(1.0) as f32).collect();
+        let labels = diffuse_lattice(lattice, &scaled, parameters, control)?;
         let kept = labels.iter().filter(|label| **label == 1).count() as f64;
         Ok(Attempt { sum: sums.at(factor), kept, found: Found { labels, factor, miss: (kept - nodes).abs() } })
     };
@@ -194,12 +195,12 @@ impl ClippedSum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::{LatticeKind, Options};
+    use crate::params::{LatticeKind, Options, Order};
 
-    fn kept(values: impl Fn(usize) -> f32, nodes: f64) -> f64 {
+    fn kept(values: impl Fn(usize) -> f32, nodes: f64, order: Order) -> f64 {
         let lattice = Lattice::new(LatticeKind::Hexagonal, 80, 60, 1.0).unwrap();
         let values: Vec<f32> = (0..lattice.len()).map(values).collect();
-        let parameters = Diffusion::of_importance(&Options::paper());
+        let parameters = Diffusion { order, ..Diffusion::of_importance(&Options::paper()) };
         let (labels, _) = meet(&lattice, &values, nodes, &parameters, &Control::new()).unwrap();
         labels.iter().filter(|l| **l == 1).count() as f64
     }
@@ -213,8 +214,10 @@ mod tests {
                 ("two flats", Box::new(|i| if i % 80 < 40 { 0.2 } else { 0.9 })),
                 ("mostly empty", Box::new(|i| if i < 500 { 0.5 + (i % 7) as f32 / 20.0 } else { 0.0 })),
             ] {
-                let kept = kept(map, nodes);
-                assert!((kept - nodes).abs() <= 0.02 * nodes, "{name}: {kept} of {nodes}");
+                for order in [Order::Global, Order::Rows] {
+                    let kept = kept(&map, nodes, order);
+                    assert!((kept - nodes).abs() <= 0.02 * nodes, "{name}: {kept} of {nodes}");
+                }
             }
         }
     }

@@ -4,6 +4,8 @@
 //! neighbours, all one spacing away. On the square lattice it has four. A canvas too narrow for either holds one line of nodes.
 //! Nothing is triangulated here, and positions and neighbours are computed, not stored.
 
+use std::ops::Range;
+
 use crate::error::{Error, Result};
 use crate::field::check_size;
 use crate::graph::{Adjacency, Graph};
@@ -120,6 +122,35 @@ impl Lattice {
         graph
     }
 
+    /// The number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The numbers of the nodes of a row, from left to right.
+    pub(crate) fn row(&self, row: usize) -> Range<usize> {
+        let start = self.row_start(row);
+        start..start + self.columns[row % 2]
+    }
+
+    /// Distances of neighbours in a row, and in rows next to each other.
+    pub(crate) fn distances(&self) -> [f64; 2] {
+        [self.spacing, self.across_distance]
+    }
+
+    /// The first and the last of the columns, relative to a node's own, of its neighbours in the next row and the one before.
+    pub(crate) fn columns_beside(&self, row: usize) -> [isize; 2] {
+        self.across[row % 2]
+    }
+
+    /// The columns of a node's neighbours in another row, next to its own: one, or two beside each other.
+    #[inline]
+    fn columns_across(&self, row: usize, column: usize, other: usize) -> Range<usize> {
+        let columns = self.columns[other % 2] as isize;
+        let [left, right] = self.across[row % 2].map(|side| column as isize + side);
+        left.clamp(0, columns) as usize..(right + 1).clamp(0, columns) as usize
+    }
+
     /// Number of the first node of a row.
     fn row_start(&self, row: usize) -> usize {
         (row / 2) * (self.columns[0] + self.columns[1]) + (row % 2) * self.columns[0]
@@ -219,13 +250,9 @@ impl Adjacency for Lattice {
             visit(below + 1, self.across_distance);
             return;
         }
-        // The neighbours in a row above or below: one, or two beside each other.
-        let across = |row: usize| {
-            let columns = self.columns[row % 2] as isize;
-            let begin = (column as isize + left).clamp(0, columns);
-            let end = (column as isize + right + 1).clamp(0, columns);
-            let start = self.row_start(row);
-            start + begin as usize..start + end as usize
+        let across = |other: usize| {
+            let start = self.row_start(other);
+            self.columns_across(row, column, other).map(move |column| start + column)
         };
         if row > 0 {
             for neighbor in across(row - 1) {

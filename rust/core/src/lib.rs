@@ -36,6 +36,7 @@ pub mod raster;
 pub mod refine;
 pub mod saliency;
 mod samples;
+pub mod scan;
 pub mod session;
 pub mod split;
 mod stripes;

@@ -48,6 +48,7 @@ impl Needs {
             rings,
             importance_alpha,
             alpha,
+            importance_order,
             order,
             carry,
             refine,
@@ -89,7 +90,7 @@ impl Needs {
             // The map alone: by these three it takes nothing from the photo, whatever the tone.
             Options { detail: 0.0, floor: 0.0, midtones: 0.0, ..Options::default() }
         };
-        let kept = Options { lattice, importance_alpha, order, k1, k2, ..of_budget(importance.clone()) };
+        let kept = Options { lattice, importance_alpha, importance_order, k1, k2, ..of_budget(importance.clone()) };
         let first_graph = of_alpha(importance_alpha, kept);
         let second_graph = Options { relax, ..first_graph.clone() };
         let cells = of_emphasis(second_graph.clone());
@@ -97,7 +98,7 @@ impl Needs {
             0 => Options { refine, ..rest },
             _ => Options { refine, crispness, cohesion, tone_tolerance, ..rest },
         };
-        let labels = of_refinement(of_alpha(alpha, Options { alpha, carry, split, ..cells.clone() }));
+        let labels = of_refinement(of_alpha(alpha, Options { alpha, order, carry, split, ..cells.clone() }));
         let shapes = Options { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance, ..labels.clone() };
         let outlines = Options { crossings, ..shapes };
         Self { tone, emphasis, importance, first_graph, second_graph, cells, labels, outlines }
@@ -120,7 +121,7 @@ pub(crate) mod tests {
     use crate::params::{Carry, Crossings, LatticeKind, Order};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
-    pub(crate) const CHANGES: [fn(&mut Options); 38] = [
+    pub(crate) const CHANGES: [fn(&mut Options); 39] = [
         |o| o.lattice = LatticeKind::Square,
         |o| o.density = Some(0.7),
         |o| o.nodes = Some(300),
@@ -137,6 +138,7 @@ pub(crate) mod tests {
         |o| o.rings = 2,
         |o| o.importance_alpha = Alpha::Tonal,
         |o| o.alpha = Alpha::Constant(0.8),
+        |o| o.importance_order = Order::Global,
         |o| o.order = Order::Global,
         |o| o.carry = Carry::Value,
         |o| o.refine = 0,

@@ -70,8 +70,8 @@ impl From<Alpha> for AlphaForm {
 pub enum Order {
     /// The paper's: one order by priority over all nodes.
     Global,
-    /// Each block of rows in an order of its own, many blocks at a time: see [`crate::diffusion`].
-    Blocks,
+    /// Row by row, many bands of rows at a time: see [`crate::scan`] for the lattice and [`crate::diffusion`] for the second graph.
+    Rows,
 }
 
 /// What of a node's error its neighbours receive.
@@ -131,7 +131,9 @@ pub struct Options {
     pub importance_alpha: Alpha,
     /// Alpha of the second diffusion (tone on the Delaunay graph).
     pub alpha: Alpha,
-    /// The order of nodes in both diffusions.
+    /// The order of nodes in the first diffusion.
+    pub importance_order: Order,
+    /// The order of nodes in the second diffusion.
     pub order: Order,
     /// What is passed on when the tone is diffused.
     pub carry: Carry,
@@ -192,7 +194,7 @@ impl Default for Options {
             fineness: 1.0,
             detail: 0.95,
             floor: 0.07,
-            midtones: 0.7,
+            midtones: 0.8,
             relax: 1,
             k1: 1.0,
             k2: 0.1,
@@ -201,7 +203,8 @@ impl Default for Options {
             rings: 1,
             importance_alpha: Alpha::Constant(1.0),
             alpha: Alpha::Tonal,
-            order: Order::Blocks,
+            importance_order: Order::Rows,
+            order: Order::Rows,
             carry: Carry::Area,
             refine: 12,
             crispness: 1.9,
@@ -261,6 +264,7 @@ impl Options {
             base: 0.5,
             importance_alpha: Alpha::Dynamic,
             alpha: Alpha::Dynamic,
+            importance_order: Order::Global,
             order: Order::Global,
             carry: Carry::Value,
             refine: 0,

@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::budget::meet;
 use crate::components::{Components, components};
 use crate::control::{Control, STAGES};
 use crate::diffusion::{Diffusion, diffuse};
@@ -24,6 +25,7 @@ use crate::needs::{Needs, identical};
 use crate::outline::{Nodes, Shaping, outline};
 use crate::params::{Alpha, Carry, Crossings, Options};
 use crate::refine::{Refinement, refine};
+use crate::scan::diffuse_lattice;
 use crate::session::{Memory, Slot};
 use crate::split::split;
 use crate::tone;
@@ -367,8 +369,8 @@ fn keep(lattice: Lattice, values: &[f32], nodes: Option<f64>, options: &Options,
         parameters.alpha = Alpha::Constant(1.0);
     }
     let (labels, factor) = match nodes {
-        None => (diffuse(&lattice, values, None, &parameters, control)?, 1.0),
-        Some(nodes) => crate::budget::meet(&lattice, values, nodes, &parameters, control)?,
+        None => (diffuse_lattice(&lattice, values, &parameters, control)?, 1.0),
+        Some(nodes) => meet(&lattice, values, nodes, &parameters, control)?,
     };
     debug_assert_eq!(labels.len(), lattice.len());
     Ok(FirstGraph { lattice, labels, factor })

@@ -4,7 +4,7 @@
 
 use crate::error::{Error, Result};
 use crate::layers::Inks;
-use crate::params::{Alpha, Options};
+use crate::params::{Alpha, Options, Order};
 
 /// A named set of options.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +31,7 @@ pub fn presets() -> Vec<Preset> {
             "fine: dots for every tone, hardly a solid area, a little lighter than the photo",
             Options {
                 alpha: Alpha::Constant(1.0),
+                order: Order::Global,
                 refine: 0,
                 floor: 0.3,
                 sharpen: 1.0,

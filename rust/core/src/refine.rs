@@ -16,7 +16,7 @@
 use rayon::prelude::*;
 
 use crate::control::Control;
-use crate::diffusion::{block_size, check_input};
+use crate::diffusion::{band_size, check_input};
 use crate::error::{Error, Result};
 use crate::graph::{Graph, check_labels, check_one_a_node};
 use crate::noise::noise;
@@ -57,7 +57,7 @@ const SETTLED: f64 = 1e-3;
 
 /// Refines the labels of nodes by their tones, and returns the shift. `areas` are those of the nodes' cells, in px^2.
 ///
-/// Nodes are asked in blocks, as in [`crate::diffusion`]: even ones side by side, each node after the other, then odd ones. A block
+/// Nodes are asked in blocks, the bands of [`crate::diffusion`]: even ones side by side, each node after the other, then odd ones. A block
 /// sees the others as they were before. So the result does not depend on threads.
 ///
 /// # Errors
@@ -77,7 +77,7 @@ pub fn refine(
     if let Some((mean, _)) = parameters.mean.filter(|(mean, _)| !(0.0..=1.0).contains(mean)) {
         return Err(Error::Input(format!("the mean is {mean}, but it must be between 0 and 1")));
     }
-    refine_in_blocks(graph, tones, areas, labels, parameters, block_size(labels.len()), control)
+    refine_in_blocks(graph, tones, areas, labels, parameters, band_size(labels.len()), control)
 }
 
 /// [`refine`] of valid input in blocks of `size` nodes.
@@ -93,20 +93,23 @@ fn refine_in_blocks(
     if parameters.sweeps == 0 {
         return Ok(0.0);
     }
-    let total: f64 = areas.iter().sum();
+    // Block by block, so that it can be done side by side.
+    let white_area = |labels: &[u8]| -> f64 {
+        let of_block = |(labels, areas): (&[u8], &[f64])| -> f64 {
+            labels.iter().zip(areas).map(|(label, area)| f64::from(*label) * area).sum()
+        };
+        labels.par_chunks(size).zip(areas.par_chunks(size)).map(of_block).collect::<Vec<f64>>().into_iter().sum()
+    };
+    let total = white_area(&vec![1; labels.len()]);
     let (mut shift, mut gain, mut last_over) = (0.0, FIRST_GAIN, 0.0);
     let mut nearest: Option<Nearest> = None;
-    // The same in every sweep.
-    let around = |node: usize| graph.row(node).iter().map(|j| f64::from(tones[*j as usize])).sum();
-    let tones_around: Vec<f64> = (0..labels.len()).into_par_iter().map(around).collect();
-    let mut before = vec![0; labels.len()];
+    let mut nodes: Vec<Node> = (0..labels.len()).into_par_iter().map(|i| Node::new(graph, tones, labels, parameters, i)).collect();
     for sweep in 0..parameters.sweeps {
         control.report(sweep as f32 / parameters.sweeps as f32)?;
-        let node = NodeRule { graph, tones, tones_around: &tones_around, parameters, shift };
-        let changed: usize = (0..2).map(|parity| node.ask_blocks(parity, size, labels, &mut before)).sum();
+        let asking = Sweep { graph, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
+        let changed: usize = (0..2).map(|parity| asking.ask_blocks(parity, size, labels, &mut nodes)).sum();
         let over = parameters.mean.filter(|_| total > 0.0).map_or(0.0, |(mean, tolerance)| {
-            let white: f64 = labels.iter().zip(areas).filter(|(label, _)| **label == 1).map(|(_, area)| area).sum();
-            let off = white / total - mean;
+            let off = white_area(labels) / total - mean;
             off - off.clamp(-tolerance, tolerance)
         });
         if over == 0.0 && (changed as f64 <= SETTLED * labels.len() as f64 || sweep + 1 == parameters.sweeps) {
@@ -134,52 +137,97 @@ struct Nearest {
     shift: f64,
 }
 
-/// What one node is asked, during one sweep.
-struct NodeRule<'a> {
-    graph: &'a Graph,
-    tones: &'a [f32],
-    /// The sum of the tones of every node's neighbours.
-    tones_around: &'a [f64],
-    parameters: &'a Refinement,
-    shift: f64,
+/// What a node is asked, of which all but the labels and the shift is the same in every sweep.
+struct Node {
+    /// What speaks for white, were no neighbour white, before the shift.
+    alone: f64,
+    /// What every white neighbour adds.
+    per_white: f64,
+    /// In [-1, 1).
+    noise: f32,
+    degree: u32,
+    /// How many of its neighbours are white.
+    white: u32,
 }
 
-impl NodeRule<'_> {
-    /// Asks the nodes of every other block, from the block `parity` on. Returns how many labels changed; `before` is for those that
-    /// there were.
-    fn ask_blocks(&self, parity: usize, size: usize, labels: &mut [u8], before: &mut [u8]) -> usize {
-        before.copy_from_slice(labels);
-        let before = &*before;
-        let blocks = labels.par_chunks_mut(size).enumerate().filter(|(block, _)| block % 2 == parity);
-        blocks.map(|(block, own)| self.ask_block(block * size, own, before)).sum()
+impl Node {
+    fn new(graph: &Graph, tones: &[f32], labels: &[u8], parameters: &Refinement, number: usize) -> Self {
+        let Refinement { crispness, cohesion, .. } = *parameters;
+        let row = graph.row(number);
+        let own = crispness * (f64::from(tones[number]) - 0.5);
+        let around: f64 = row.iter().map(|j| f64::from(tones[*j as usize])).sum();
+        let count = row.len().max(1) as f64;
+        Self {
+            alone: own + (around - cohesion * 0.5 * row.len() as f64) / count,
+            per_white: (cohesion - 1.0) / count,
+            noise: noise(number as u64),
+            degree: row.len() as u32,
+            white: row.iter().map(|j| u32::from(labels[*j as usize])).sum(),
+        }
     }
 
-    fn ask_block(&self, first: usize, own: &mut [u8], before: &[u8]) -> usize {
-        let mut changed = 0;
-        for i in 0..own.len() {
-            let label = self.label(first + i, own[i], |j| match own.get(j.wrapping_sub(first)) {
-                Some(label) => *label,
-                None => before[j],
-            });
-            changed += usize::from(label != own[i]);
-            own[i] = label;
+    /// The label for this shift, of a node that has `label`.
+    fn label(&self, label: u8, shift: f64, unevenness: f64) -> u8 {
+        let &Self { alone, per_white, noise, degree, white } = self;
+        if degree > 0 && white == u32::from(1 - label) * degree {
+            return label;
+        }
+        u8::from(alone + per_white * f64::from(white) + shift + unevenness * f64::from(noise) > 0.0)
+    }
+
+    /// A neighbour got another label.
+    fn count(&mut self, label: u8) {
+        self.white = if label == 1 { self.white + 1 } else { self.white - 1 };
+    }
+}
+
+/// One sweep.
+struct Sweep<'a> {
+    graph: &'a Graph,
+    shift: f64,
+    /// By how much more or less single nodes are shifted.
+    unevenness: f64,
+}
+
+impl Sweep<'_> {
+    /// Asks the nodes of every other block, from the block `parity` on. Returns how many labels changed.
+    fn ask_blocks(&self, parity: usize, size: usize, labels: &mut [u8], nodes: &mut [Node]) -> usize {
+        let blocks = labels.par_chunks_mut(size).zip(nodes.par_chunks_mut(size)).enumerate();
+        let asked = blocks.filter(|(block, _)| block % 2 == parity);
+        let found: Vec<Changed> = asked.map(|(block, (labels, nodes))| self.ask_block(block * size, labels, nodes)).collect();
+        for (neighbor, label) in found.iter().flat_map(|changed| &changed.beyond) {
+            nodes[*neighbor as usize].count(*label);
+        }
+        found.iter().map(|changed| changed.count).sum()
+    }
+
+    fn ask_block(&self, first: usize, labels: &mut [u8], nodes: &mut [Node]) -> Changed {
+        let mut changed = Changed::default();
+        for i in 0..labels.len() {
+            let label = nodes[i].label(labels[i], self.shift, self.unevenness);
+            if label == labels[i] {
+                continue;
+            }
+            labels[i] = label;
+            changed.count += 1;
+            for neighbor in self.graph.row(first + i) {
+                match nodes.get_mut((*neighbor as usize).wrapping_sub(first)) {
+                    Some(node) => node.count(label),
+                    None => changed.beyond.push((*neighbor, label)),
+                }
+            }
         }
         changed
     }
+}
 
-    fn label(&self, node: usize, label: u8, label_of: impl Fn(usize) -> u8) -> u8 {
-        let row = self.graph.row(node);
-        let white: u32 = row.iter().map(|j| u32::from(label_of(*j as usize))).sum();
-        let degree = row.len() as f64;
-        if !row.is_empty() && white == u32::from(1 - label) * row.len() as u32 {
-            return label;
-        }
-        let Refinement { crispness, cohesion, .. } = *self.parameters;
-        let shift = self.shift + (UNEVENNESS * self.shift.abs() + LEAST_UNEVENNESS) * f64::from(noise(node as u64));
-        let (white, tones) = (f64::from(white), self.tones_around[node]);
-        let around = if row.is_empty() { 0.0 } else { (tones - white + cohesion * (white - 0.5 * degree)) / degree };
-        u8::from(crispness * (f64::from(self.tones[node]) - 0.5) + around + shift > 0.0)
-    }
+/// What one block changed.
+#[derive(Default)]
+struct Changed {
+    /// Labels.
+    count: usize,
+    /// Neighbours in other blocks, each with the new label of a node beside it.
+    beyond: Vec<(u32, u8)>,
 }
 
 #[cfg(test)]

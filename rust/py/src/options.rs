@@ -23,7 +23,7 @@ pub(crate) fn parse(json: &str) -> PyResult<Options> {
                 "alpha" | "importance_alpha" => "it must be \"tonal\", \"dynamic\" or a number between 0 and 1".to_owned(),
                 "seed" => "it must be a whole number between 0 and 9007199254740992".to_owned(),
                 "tone_tolerance" => "it must be None or a number between 0 and 1".to_owned(),
-                "order" => "it must be \"global\" or \"blocks\"".to_owned(),
+                "importance_order" | "order" => "it must be \"rows\" or \"global\"".to_owned(),
                 "carry" => "it must be \"value\" or \"area\"".to_owned(),
                 "crossings" => "it must be \"midpoint\" or \"tone\"".to_owned(),
                 _ => in_plain_words(&error.to_string()),
