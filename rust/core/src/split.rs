@@ -5,7 +5,8 @@
 //! gives its label to a node nearby that has room for a dot of its own. The number of nodes of either label stays, and with it the
 //! tone. What the photo asks for stays too: no node is moved whose tone lies on the side of 0.5 that its label is on.
 
-use crate::components::components;
+use rayon::prelude::*;
+
 use crate::error::Result;
 use crate::graph::{Graph, check_labels, check_one_a_node};
 
@@ -47,23 +48,39 @@ pub fn split(graph: &Graph, tones: &[f32], labels: &mut [u8], most: u32) -> Resu
     Ok(())
 }
 
-/// The nodes of every component of 2 to `most` nodes whose tones all lie on the other side of 0.5 than their label.
+/// The nodes of every component of 2 to `most` nodes whose tones all lie on the other side of 0.5 than their label, in the order
+/// of their lowest nodes.
 fn fused_by_chance(graph: &Graph, tones: &[f32], labels: &[u8], most: u32) -> Vec<Vec<u32>> {
-    let components = components(graph, labels);
-    let mut place = vec![None; components.sizes.len()];
-    let mut fused: Vec<Vec<u32>> = Vec::new();
-    for (node, id) in components.ids.iter().enumerate() {
-        let id = *id as usize;
-        if (2..=most).contains(&components.sizes[id]) {
-            let place = *place[id].get_or_insert_with(|| {
-                fused.push(Vec::new());
-                fused.len() - 1
-            });
-            fused[place].push(node as u32);
-        }
+    let nodes = (0..labels.len()).into_par_iter().with_min_len(LEAST_PART);
+    nodes.filter_map(|lowest| fused_from(lowest, graph, tones, labels, most as usize)).collect()
+}
+
+/// Nodes that one thread looks at, at least.
+const LEAST_PART: usize = 1 << 12;
+
+/// Such a component, if this is its lowest node. It is left as soon as a node says that it is none.
+fn fused_from(lowest: usize, graph: &Graph, tones: &[f32], labels: &[u8], most: usize) -> Option<Vec<u32>> {
+    let is_candidate = |node: usize| node >= lowest && is_by_chance(tones[node], labels[node]);
+    let alike = |node: u32| graph.row(node as usize).iter().copied().filter(|other| labels[*other as usize] == labels[lowest]);
+    if !is_candidate(lowest) || alike(lowest as u32).next().is_none() {
+        return None;
     }
-    fused.retain(|nodes| nodes.iter().all(|node| is_by_chance(tones[*node as usize], labels[*node as usize])));
-    fused
+    let mut component = vec![lowest as u32];
+    let mut next = 0;
+    while next < component.len() {
+        for other in alike(component[next]) {
+            if component.contains(&other) {
+                continue;
+            }
+            if component.len() == most || !is_candidate(other as usize) {
+                return None;
+            }
+            component.push(other);
+        }
+        next += 1;
+    }
+    component.sort_unstable();
+    Some(component)
 }
 
 /// Whether a node of this tone has a label that only an error passed on to it can have given it.
@@ -82,7 +99,6 @@ fn ordered(mut nodes: Vec<u32>, tones: &[f32], label: u8) -> Vec<u32> {
         let [first, second] = [a, b].map(|node| distance(tones[*node as usize], label));
         first.total_cmp(&second).then(a.cmp(b))
     });
-    nodes.dedup();
     nodes
 }
 
@@ -99,29 +115,38 @@ fn apart(graph: &Graph, tones: &[f32], fused: &[u32], label: u8) -> (Vec<u32>, V
     (kept, moved)
 }
 
-/// Nodes at most two edges away from a component that can be `wanted` dots beside those kept; `None` if there are not so many.
+/// Nodes at most two edges away from a component that can be `wanted` dots beside those kept, those whose tones ask for the label most
+/// first; `None` if there are not so many.
 fn places(graph: &Graph, tones: &[f32], labels: &[u8], fused: &[u32], kept: &[u32], wanted: usize) -> Option<Vec<u32>> {
     let label = labels[fused[0] as usize];
-    let around = fused.iter().flat_map(|node| graph.row(*node as usize)).flat_map(|node| graph.row(*node as usize));
-    let free = around.copied().filter(|node| {
-        let node = *node as usize;
-        labels[node] != label && is_by_chance(tones[node], label)
-    });
-    let mut places = Vec::new();
-    for node in ordered(free.collect(), tones, label) {
+    let mut places: Vec<u32> = Vec::with_capacity(wanted);
+    while places.len() < wanted {
         let in_the_way = |other: &u32| {
             if fused.contains(other) { kept.contains(other) } else { labels[*other as usize] == label || places.contains(other) }
         };
-        if places.len() < wanted && !graph.row(node as usize).iter().any(in_the_way) {
-            places.push(node);
+        let around = fused.iter().flat_map(|node| graph.row(*node as usize)).flat_map(|node| graph.row(*node as usize));
+        let mut best: Option<(f32, u32)> = None;
+        for node in around.copied() {
+            let (tone, is_free) = (tones[node as usize], labels[node as usize] != label && !places.contains(&node));
+            let own = (distance(tone, label), node);
+            // Whether it has room takes longest to say.
+            if is_free
+                && is_by_chance(tone, label)
+                && best.is_none_or(|best| own < best)
+                && !graph.row(node as usize).iter().any(in_the_way)
+            {
+                best = Some(own);
+            }
         }
+        places.push(best?.1);
     }
-    (places.len() == wanted).then_some(places)
+    Some(places)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::components::components;
     use crate::control::Control;
     use crate::diffusion::{Diffusion, diffuse};
     use crate::lattice::Lattice;
