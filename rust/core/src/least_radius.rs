@@ -127,15 +127,10 @@ impl Bins {
 
 /// How far a point is from a segment.
 pub(crate) fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
-    // Not `distance`, whose hypot may differ between platforms in the last bit.
-    square_to_segment(p, a, b).sqrt()
-}
-
-/// The square of that distance.
-pub(crate) fn square_to_segment(p: Point, a: Point, b: Point) -> f64 {
     let along = b - a;
     let t = ((p - a).dot(along) / along.hypot2()).clamp(0.0, 1.0);
     // Both ends in one place: the fraction is not a number.
     let nearest = if t.is_nan() { a } else { a + along * t };
-    (p - nearest).hypot2()
+    // Not `distance`, whose hypot may differ between platforms in the last bit.
+    (p - nearest).hypot2().sqrt()
 }

@@ -285,8 +285,8 @@ fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components, 
     let parts = (0..count.div_ceil(size)).into_par_iter().map(|part| {
         let nodes = part * size..((part + 1) * size).min(count);
         let mut tracer = Tracer::new(triangulation, labels, components, part, nodes);
-        let open = tracer.find(true)?;
-        let closed = tracer.find(false)?;
+        let open = tracer.find_open()?;
+        let closed = tracer.find_closed()?;
         Ok((open, closed, tracer.edges))
     });
     let mut found = Chains { chains: Vec::new(), edges: Vec::new() };
@@ -330,50 +330,59 @@ impl<'a> Tracer<'a> {
         Self { triangulation, labels, components, part, nodes, slots, visited, edges: Vec::new() }
     }
 
-    /// The open chains, or then the closed ones.
-    fn find(&mut self, open: bool) -> Result<Vec<Chain>> {
+    /// The open chains.
+    fn find_open(&mut self) -> Result<Vec<Chain>> {
+        let graph = &self.triangulation.graph;
+        let mut chains = Vec::new();
+        // Those begin at an edge from a black node with the frame on its right: on the left of the same edge the other way.
+        let mut nodes: Vec<usize> = (self.triangulation.at_frame(self.slots.clone()))
+            .map(|slot| graph.offsets.partition_point(|offset| *offset as usize <= slot) - 1)
+            .filter(|node| self.labels[*node] == 0)
+            .collect();
+        nodes.dedup();
+        for black in nodes {
+            for first in graph.offsets[black] as usize..graph.offsets[black + 1] as usize {
+                let white = graph.neighbors[first];
+                if self.labels[white as usize] == 0 {
+                    continue;
+                }
+                let behind = self.triangulation.slot(white, black as u32).ok_or_else(lost)?;
+                let Beside::Frame(begin) = self.triangulation.left(behind) else { continue };
+                let start = self.edges.len();
+                let Walked::ToFrame(end) = self.walk(first, [black as u32, white], true)? else {
+                    return Err(Error::Internal("a boundary has one end only".into()));
+                };
+                chains.push(self.chain(start, Some([begin, end])));
+            }
+        }
+        Ok(chains)
+    }
+
+    /// The closed chains, after the open ones.
+    fn find_closed(&mut self) -> Result<Vec<Chain>> {
         let graph = &self.triangulation.graph;
         let mut chains = Vec::new();
         for black in self.nodes.clone().filter(|i| self.labels[*i] == 0) {
-            let row = graph.offsets[black] as usize..graph.offsets[black + 1] as usize;
-            let at_frame = |slot| matches!(self.triangulation.left(slot), Beside::Frame(_));
-            if open && !row.clone().any(at_frame) {
-                continue;
-            }
-            for first in row {
+            for first in graph.offsets[black] as usize..graph.offsets[black + 1] as usize {
                 let white = graph.neighbors[first];
                 if self.labels[white as usize] == 0 || self.visited[first - self.slots.start] {
                     continue;
                 }
-                let begin = if open {
-                    let behind = self.triangulation.slot(white, black as u32).ok_or_else(lost)?;
-                    match self.triangulation.left(behind) {
-                        Beside::Frame(side) => Some(side),
-                        Beside::Node(_) => continue,
-                    }
-                } else {
-                    None
-                };
                 let start = self.edges.len();
-                let ends = match (begin, self.walk(first, [black as u32, white], open)?) {
-                    (Some(begin), Walked::ToFrame(end)) => Some([begin, end]),
-                    (None, Walked::Around) => None,
+                match self.walk(first, [black as u32, white], false)? {
+                    Walked::Around => chains.push(self.chain(start, None)),
                     // It begins in another part.
-                    (None, _) => {
-                        self.edges.truncate(start);
-                        continue;
-                    }
-                    _ => return Err(Error::Internal("a boundary has one end only".into())),
-                };
-                chains.push(Chain {
-                    black: self.components.ids[black],
-                    white: self.components.ids[white as usize],
-                    ends,
-                    edges: (self.part, start..self.edges.len()),
-                });
+                    Walked::ToFrame(_) | Walked::FromElsewhere => self.edges.truncate(start),
+                }
             }
         }
         Ok(chains)
+    }
+
+    /// The chain of the edges from one on.
+    fn chain(&self, start: usize, ends: Option<[Side; 2]>) -> Chain {
+        let [black, white] = self.edges[start].map(|node| self.components.ids[node as usize]);
+        Chain { black, white, ends, edges: (self.part, start..self.edges.len()) }
     }
 
     /// Walks along a chain from one of its edges, and writes down what it crosses. One that may be closed is left as soon as an edge

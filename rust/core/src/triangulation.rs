@@ -7,6 +7,7 @@
 //!
 //! The triangulation itself is spade's, with exact predicates.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -61,6 +62,14 @@ impl Triangulation {
     pub fn slot(&self, a: u32, b: u32) -> Option<usize> {
         let start = self.graph.offsets[a as usize] as usize;
         self.graph.row(a as usize).iter().position(|n| *n == b).map(|k| start + k)
+    }
+
+    /// Those of some positions in `graph.neighbors` that have the frame to their left.
+    pub(crate) fn at_frame(&self, slots: Range<usize>) -> impl Iterator<Item = usize> {
+        // Few of many: whole chunks are passed over at once.
+        let chunks = self.left[slots.clone()].chunks(64).zip(slots.step_by(64));
+        let with_frame = chunks.filter(|(chunk, _)| chunk.iter().fold(0, |most, left| most.max(*left)) >= FRAME);
+        with_frame.flat_map(|(chunk, first)| (first..).zip(chunk).filter(|(_, left)| **left >= FRAME).map(|(slot, _)| slot))
     }
 
     /// What lies to the left of the directed edge at this position.
