@@ -11,13 +11,17 @@ const SIZE: [usize; 2] = [1152, 864];
 
 const TINY_SIZE: [usize; 2] = [96, 72];
 
-/// How often every stage is called on one thread and on two; the median counts.
-const RUNS: usize = 7;
+/// How often every stage is called on one thread and on two, at least and at most: the median counts. In between, as often as
+/// [`SECONDS`] allow, since one call of a few milliseconds says little.
+const RUNS: [usize; 2] = [7, 99];
+
+/// Seconds for the calls of a stage on one thread.
+const SECONDS: f64 = 0.6;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let bare = after(&arguments, "--bare").is_some();
-    let (mut size, runs) = if is_smoke_run() { (TINY_SIZE, 1) } else { (SIZE, RUNS) };
+    let (mut size, [least, most]) = if is_smoke_run() { (TINY_SIZE, [1; 2]) } else { (SIZE, RUNS) };
     let once = after(&arguments, "--once");
     if let Some([width, height, ..]) = once {
         size = [width.parse()?, height.parse()?];
@@ -35,10 +39,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     if !bare {
-        println!("\n{}: medians of {runs} calls on one thread and on two, in turn\n", prepared.summary());
+        println!("\n{}: medians of {least} to {most} calls on one thread and on two, in turn\n", prepared.summary());
         println!("{:<24}{:>13}{:>13}{:>11}   its work is", "", "one, s", "two, s", "one / two");
     }
     for stage in prepared.stages().into_iter().chain([prepared.whole()]) {
+        let first = pools[0].install(|| stage.time()).as_secs_f64();
+        let runs = ((SECONDS / first) as usize).clamp(least, most);
         let mut seconds = [Vec::new(), Vec::new()];
         for _ in 0..runs {
             for (pool, seconds) in pools.iter().zip(&mut seconds) {
