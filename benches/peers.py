@@ -359,7 +359,7 @@ def main() -> None:
     parser.add_argument("--peers", help="names with commas (default: all)")
     parser.add_argument("--runs", type=int, default=5, help="of every program (default: %(default)s)")
     parser.add_argument("--slow", type=float, default=10, help="a first run of more seconds is the only one (default: %(default)s)")
-    parser.add_argument("--limit", type=float, default=600, help="seconds after which a run is stopped (default: %(default)s)")
+    parser.add_argument("--limit", type=float, default=300, help="seconds after which a run is stopped (default: %(default)s)")
     parser.add_argument("--smoke", action="store_true", help="a tiny photo, once, with what is installed: whether this still runs")
     parser.add_argument("--textbook", nargs=3, metavar=("GREY", "SVG", "COORDINATES"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()

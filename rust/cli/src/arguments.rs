@@ -123,7 +123,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
     floor: Option<f64>,
 
-    /// By how much less important black and white are than middle grey, 0 to 1; default 0.7
+    /// By how much less important black and white are than middle grey, 0 to 1; default 0.8
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Nodes")]
     midtones: Option<f64>,
 
