@@ -18,8 +18,9 @@
 //! - One order over all nodes is serial, and jumps about in memory. With [`Order::Rows`] nodes are labelled one after the other, in
 //!   bands side by side. They are numbered row by row, so that errors go on downwards. Each band starts some rows before its own,
 //!   whose labels are forgotten, and so has the errors that come from there; what its last nodes pass on beyond it is dropped, since
-//!   the next band has its own. Nodes of the first row begin with pseudo-random errors, or it would have too few dots. Labels do not depend on the threads. What [`crate::refine`] makes of them does not depend on
-//!   the order to speak of; bare, those by priority keep more of the photo's structure.
+//!   the next band has its own. Nodes of the first row begin with pseudo-random errors, or it would have too few dots. Labels do not
+//!   depend on the threads. What [`crate::refine`] makes of them hardly depends on the order; bare, those by priority keep more of
+//!   the photo's structure.
 //! - On the lattice rows run to and fro: see [`crate::scan`].
 //!
 //! Values are never clamped; an error with no unlabelled neighbour left is dropped.
@@ -202,8 +203,10 @@ impl<G: Adjacency> Task<'_, G> {
                 continue;
             }
             open.clear();
-            graph.for_each_later_neighbor(number, |neighbor, distance| {
-                open.push(Open { number: neighbor as u32, start: values[neighbor], weight: distance });
+            graph.for_each_neighbor(number, |neighbor, distance| {
+                if neighbor > number {
+                    open.push(Open { number: neighbor as u32, start: values[neighbor], weight: distance });
+                }
             });
             if open.is_empty() {
                 continue;
@@ -258,7 +261,6 @@ impl<G: Adjacency> Task<'_, G> {
             // Every neighbour is written down, and kept or overwritten by the next: with no branch to guess wrong, the processor
             // fetches all of them at once.
             let mut count = 0;
-            let (mut sum, mut degree) = (start, 1.0);
             graph.for_each_neighbor(number, |neighbor, distance| {
                 if count == open.len() {
                     open.push(Open::default());
@@ -266,17 +268,12 @@ impl<G: Adjacency> Task<'_, G> {
                 let other = &nodes[neighbor];
                 open[count] = Open { number: neighbor as u32, start: other.start, weight: distance };
                 count += usize::from(other.label == UNLABELLED);
-                sum += f64::from(other.start);
-                degree += 1.0;
             });
             let open = &mut open[..count];
             if open.is_empty() {
                 continue;
             }
-            let alpha = parameters.share(start, || match parameters.rings {
-                1 => sum / degree,
-                _ => rings.mean(graph, values, number),
-            });
+            let alpha = self.share_of(number, &mut rings);
             if alpha == 0.0 {
                 continue;
             }
@@ -366,6 +363,15 @@ impl Rings {
     }
 
     pub(crate) fn mean(&mut self, graph: &impl Adjacency, values: &[f32], center: usize) -> f64 {
+        if self.radius == 1 {
+            // As nearly always; no node is met twice.
+            let (mut sum, mut count) = (f64::from(values[center]), 1.0);
+            graph.for_each_neighbor(center, |neighbor, _| {
+                sum += f64::from(values[neighbor]);
+                count += 1.0;
+            });
+            return sum / count;
+        }
         self.reached.clear();
         self.seen.clear();
         self.reached.push(center);

@@ -17,15 +17,6 @@ pub trait Adjacency: Sync {
 
     /// Calls `visit(neighbour, distance in px)` for every neighbour of `node`, in the graph's fixed order.
     fn for_each_neighbor(&self, node: usize, visit: impl FnMut(usize, f64));
-
-    /// The same for those with higher numbers than the node's.
-    fn for_each_later_neighbor(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
-        self.for_each_neighbor(node, |neighbor, distance| {
-            if neighbor > node {
-                visit(neighbor, distance);
-            }
-        });
-    }
 }
 
 /// Sites with their adjacency.
@@ -140,15 +131,6 @@ impl Adjacency for Graph {
     fn for_each_neighbor(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
         let site = self.sites[node];
         for &neighbor in self.row(node) {
-            let neighbor = neighbor as usize;
-            visit(neighbor, distance_squared(site, self.sites[neighbor]).sqrt());
-        }
-    }
-
-    fn for_each_later_neighbor(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
-        let site = self.sites[node];
-        // Half of a sorted row, and half of the roots.
-        for &neighbor in self.row(node).iter().filter(|neighbor| **neighbor as usize > node) {
             let neighbor = neighbor as usize;
             visit(neighbor, distance_squared(site, self.sites[neighbor]).sqrt());
         }

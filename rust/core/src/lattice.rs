@@ -143,14 +143,6 @@ impl Lattice {
         self.across[row % 2]
     }
 
-    /// The columns of a node's neighbours in another row, next to its own: one, or two beside each other.
-    #[inline]
-    fn columns_across(&self, row: usize, column: usize, other: usize) -> Range<usize> {
-        let columns = self.columns[other % 2] as isize;
-        let [left, right] = self.across[row % 2].map(|side| column as isize + side);
-        left.clamp(0, columns) as usize..(right + 1).clamp(0, columns) as usize
-    }
-
     /// Number of the first node of a row.
     fn row_start(&self, row: usize) -> usize {
         (row / 2) * (self.columns[0] + self.columns[1]) + (row % 2) * self.columns[0]
@@ -250,9 +242,13 @@ impl Adjacency for Lattice {
             visit(below + 1, self.across_distance);
             return;
         }
-        let across = |other: usize| {
-            let start = self.row_start(other);
-            self.columns_across(row, column, other).map(move |column| start + column)
+        // The neighbours in a row above or below: one, or two beside each other.
+        let across = |row: usize| {
+            let columns = self.columns[row % 2] as isize;
+            let begin = (column as isize + left).clamp(0, columns);
+            let end = (column as isize + right + 1).clamp(0, columns);
+            let start = self.row_start(row);
+            start + begin as usize..start + end as usize
         };
         if row > 0 {
             for neighbor in across(row - 1) {

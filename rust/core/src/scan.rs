@@ -82,16 +82,17 @@ impl Scan<'_> {
             (0..(lattice.nodes_in_two_rows() + 2 * self.margin) as u64).map(|k| spread * f64::from(noise(k))).collect();
         let mut passed = vec![0.0; received.len()];
         let mut forgotten = vec![0; lattice.nodes_in_two_rows()];
-        for (row, next) in (1..=warm_up).rev().map(|k| (band.start.abs_diff(k), band.start.abs_diff(k - 1))) {
-            self.label_row(row, Some(next), &received, &mut passed, &mut forgotten[..lattice.row(row).len()], &mut rings);
-            std::mem::swap(&mut received, &mut passed);
-            passed.fill(0.0);
-        }
-        for row in band {
-            // Below the last row lies the one above it.
-            let next = if row + 1 < lattice.rows() { Some(row + 1) } else { row.checked_sub(1) };
+        let before = (1..=warm_up).rev().map(|k| band.start.abs_diff(k));
+        for (k, row) in before.chain(band.clone()).enumerate() {
+            // Beyond the last row lies the one above it.
+            let following = (band.start + k + 1).abs_diff(warm_up);
+            let next = if following < lattice.rows() { Some(following) } else { row.checked_sub(1) };
             let own = lattice.row(row);
-            self.label_row(row, next, &received, &mut passed, &mut labels[own.start - first..own.end - first], &mut rings);
+            let labels = match k < warm_up {
+                true => &mut forgotten[..own.len()],
+                false => &mut labels[own.start - first..own.end - first],
+            };
+            self.label_row(row, next, &received, &mut passed, labels, &mut rings);
             std::mem::swap(&mut received, &mut passed);
             passed.fill(0.0);
         }
