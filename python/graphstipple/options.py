@@ -138,7 +138,7 @@ class Options:
     stipple_max: float | None = None
     irregularity: float = 0.0
     seed: int = 0
-    tolerance: float = 0.25
+    tolerance: float = 0.5
     linear: bool = False
     gamma: float = 1.0
     contrast: float = 1.0

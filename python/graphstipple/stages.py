@@ -432,7 +432,7 @@ def outline(
     stipple_max: float | None = None,
     irregularity: float = 0.0,
     seed: int = 0,
-    tolerance: float = 0.25,
+    tolerance: float = 0.5,
 ) -> Outline:
     """Return the stipples and regions of labelled sites (docs/method.md).
 

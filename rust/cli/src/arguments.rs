@@ -225,7 +225,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", help_heading = "Stipples")]
     seed: Option<u64>,
 
-    /// How far curves may leave the boundaries that they smooth, in pixels, 0 (keep every point) to 2; default 0.25
+    /// How far curves may leave the boundaries that they smooth, in pixels, 0 (keep every point) to 2; default 0.5
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, help_heading = "Outlines")]
     tolerance: Option<f64>,
 
@@ -537,7 +537,7 @@ mod tests {
         let all = "--lattice square --density 1.5 --nodes 60000 --fineness 2 --detail 0.7 --floor 0.1 --midtones 0.5 --relax 2 \
                    --k1 3 --k2 0.25 --base 0.75 --detail-gain 5 --rings 4 --importance-alpha 0.5 --importance-order global --alpha 1 --order global \
                    --carry value --refine 5 --crispness 3 --cohesion 0.5 --tone-tolerance off --split 3 --crossings midpoint --sharpen 3 --local-contrast 2 --stipple-scale 0.9 --stipple-min 0.5 \
-                   --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.5 --linear --gamma 1.1 --contrast 1.2 --invert \
+                   --stipple-max 2 --irregularity 0.25 --seed 7 --tolerance 0.75 --linear --gamma 1.1 --contrast 1.2 --invert \
                    --threads 2 --background #0aF01b";
         let expected = Options {
             lattice: LatticeKind::Square,
@@ -572,7 +572,7 @@ mod tests {
             stipple_max: Some(2.0),
             irregularity: 0.25,
             seed: 7,
-            tolerance: 0.5,
+            tolerance: 0.75,
             linear: true,
             gamma: 1.1,
             contrast: 1.2,

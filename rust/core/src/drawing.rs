@@ -369,8 +369,8 @@ impl Drawing {
         signed_area(&exterior) + holes.iter().map(|hole| signed_area(hole)).sum::<f64>()
     }
 
-    /// On-curve points and coordinate pairs that a file of one ink holds, control points included: every curve is written once, a
-    /// dot counts one, and so does a corner of the canvas that is black.
+    /// On-curve points and coordinate pairs that an SVG file of one ink holds, control points included but for those that are the
+    /// last one mirrored: every curve is written once, a dot counts one, and so does a corner of the canvas that is black.
     pub fn count_written(&self) -> (usize, usize) {
         let black = self.regions.iter().filter(|region| region.ink == Ink::Black);
         let corners = black.flat_map(|region| &region.exterior.parts).filter(|part| matches!(part, RingPart::Corner(..))).count();
@@ -385,6 +385,7 @@ impl Drawing {
 /// On-curve points and coordinate pairs of a path; a closed one's first point again at its end is not written twice.
 fn count_points(path: &BezPath) -> (usize, usize) {
     let (mut anchors, mut coordinates) = (0, 0);
+    let mut last = PathEl::ClosePath;
     for element in path.elements() {
         let pairs = match element {
             PathEl::MoveTo(_) | PathEl::LineTo(_) => 1,
@@ -393,10 +394,22 @@ fn count_points(path: &BezPath) -> (usize, usize) {
             PathEl::ClosePath => continue,
         };
         anchors += 1;
-        coordinates += pairs;
+        coordinates += pairs - usize::from(is_mirrored(&last, element));
+        last = *element;
     }
     let twice = usize::from(closes_on_its_start(path));
     (anchors - twice, coordinates - twice)
+}
+
+/// Whether the first control point of a curve is the last one before it, a curve of the same kind, mirrored at the point between:
+/// then SVG leaves it out.
+pub(crate) fn is_mirrored(before: &PathEl, element: &PathEl) -> bool {
+    match (before, element) {
+        (PathEl::QuadTo(last, joint), PathEl::QuadTo(first, _)) | (PathEl::CurveTo(_, last, joint), PathEl::CurveTo(first, ..)) => {
+            *first == *joint + (*joint - *last)
+        }
+        _ => false,
+    }
 }
 
 /// Whether the last drawn point of a closed path is its first one again.

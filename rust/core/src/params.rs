@@ -219,7 +219,7 @@ impl Default for Options {
             stipple_max: None,
             irregularity: 0.0,
             seed: 0,
-            tolerance: 0.25,
+            tolerance: 0.5,
             linear: false,
             gamma: 1.0,
             contrast: 1.0,

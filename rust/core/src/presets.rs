@@ -57,7 +57,7 @@ pub fn presets() -> Vec<Preset> {
                 midtones: 0.9,
                 sharpen: 0.0,
                 local_contrast: 3.0,
-                tolerance: 0.5,
+                tolerance: 1.0,
                 ..defaults()
             },
         ),
@@ -72,7 +72,7 @@ pub fn presets() -> Vec<Preset> {
                 sharpen: 0.0,
                 local_contrast: 2.0,
                 tone_tolerance: None,
-                tolerance: 0.5,
+                tolerance: 1.0,
                 ..defaults()
             },
         ),

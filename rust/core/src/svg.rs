@@ -10,7 +10,7 @@
 
 use kurbo::{BezPath, PathEl, Point, Vec2};
 
-use crate::drawing::{Drawing, Ink};
+use crate::drawing::{Drawing, Ink, is_mirrored};
 use crate::error::Result;
 use crate::export::Export;
 use crate::layers::{Layer, Outline};
@@ -106,8 +106,6 @@ struct PathWriter {
     current: Point,
     /// Where the current subpath began: the current point again after its `z`.
     start: Point,
-    /// The next control point of a smooth curve of the command it names: the last one mirrored.
-    mirrored: Option<(u8, Point)>,
     /// The command that numbers without a letter would continue; 0 for none.
     implied: u8,
     /// Whether the last number had a decimal point, so that another may begin with one right away.
@@ -144,7 +142,7 @@ impl PathWriter {
     fn open(&mut self) -> usize {
         self.text("<path d=\"");
         (self.current, self.start) = (Point::ZERO, Point::ZERO);
-        (self.mirrored, self.implied, self.has_point) = (None, 0, false);
+        (self.implied, self.has_point) = (0, false);
         self.bytes.len()
     }
 
@@ -170,7 +168,10 @@ impl PathWriter {
                 PathEl::ClosePath => PathEl::ClosePath,
             })
             .collect();
+        let mut last = PathEl::ClosePath;
         for (i, element) in in_units.iter().enumerate() {
+            let is_mirrored = is_mirrored(&last, element);
+            last = *element;
             match *element {
                 PathEl::MoveTo(p) => self.move_to(p),
                 PathEl::LineTo(p) => {
@@ -179,8 +180,8 @@ impl PathWriter {
                         self.line_to(p);
                     }
                 }
-                PathEl::QuadTo(c, p) => self.quad_to(c, p),
-                PathEl::CurveTo(c, d, p) => self.curve_to(c, d, p),
+                PathEl::QuadTo(c, p) => self.quad_to((!is_mirrored).then_some(c), p),
+                PathEl::CurveTo(c, d, p) => self.curve_to((!is_mirrored).then_some(c), d, p),
                 PathEl::ClosePath => self.close(),
             }
         }
@@ -211,7 +212,7 @@ impl PathWriter {
         self.offset(p);
         // Numbers after a move continue with lines.
         self.implied = b'l';
-        (self.current, self.start, self.mirrored) = (p, p, None);
+        (self.current, self.start) = (p, p);
     }
 
     fn line_to(&mut self, p: Point) {
@@ -229,35 +230,27 @@ impl PathWriter {
             self.command(b'l');
             self.offset(p);
         }
-        (self.current, self.mirrored) = (p, None);
+        self.current = p;
     }
 
-    fn quad_to(&mut self, control: Point, end: Point) {
-        if self.mirrored == Some((b't', control)) {
-            self.command(b't');
-        } else {
-            self.command(b'q');
-            self.offset(control);
-        }
+    /// A quadratic curve, without its control point if that is the last one mirrored.
+    fn quad_to(&mut self, control: Option<Point>, end: Point) {
+        self.command(if control.is_some() { b'q' } else { b't' });
+        control.into_iter().for_each(|p| self.offset(p));
         self.offset(end);
-        (self.current, self.mirrored) = (end, Some((b't', end + (end - control))));
+        self.current = end;
     }
 
-    fn curve_to(&mut self, first: Point, second: Point, end: Point) {
-        if self.mirrored == Some((b's', first)) {
-            self.command(b's');
-        } else {
-            self.command(b'c');
-            self.offset(first);
-        }
-        self.offset(second);
-        self.offset(end);
-        (self.current, self.mirrored) = (end, Some((b's', end + (end - second))));
+    /// A cubic curve, without its first control point if that is the last one mirrored.
+    fn curve_to(&mut self, first: Option<Point>, second: Point, end: Point) {
+        self.command(if first.is_some() { b'c' } else { b's' });
+        first.into_iter().chain([second, end]).for_each(|p| self.offset(p));
+        self.current = end;
     }
 
     fn close(&mut self) {
         self.bytes.push(b'z');
-        (self.current, self.mirrored, self.implied, self.has_point) = (self.start, None, 0, false);
+        (self.current, self.implied, self.has_point) = (self.start, 0, false);
     }
 
     fn command(&mut self, letter: u8) {

@@ -1,0 +1,575 @@
+//! Outlines with fewer points: a spline through every other crossing or fewer, near enough to the full one.
+//!
+//! # The idea
+//! The full outline is a uniform quadratic B-spline with a control point for every crossing. The simpler one is such a spline too,
+//! with a control point for every run of its pieces. First runs are as long as one parabola through their ends and middle can be
+//! without straying far. Control points are then such that the middle of every new piece lies on the middle of its run (a tridiagonal
+//! system, in which what is far away hardly counts), moved a little outwards or inwards until the area is kept, and rounded to the
+//! grid, each making up for what rounding the ones before did to the area. Pieces that stray too far after all, or leave their
+//! triangles, are given up for those of the full outline. At last every two neighbours are tried as one.
+//!
+//! As joints are in the middle between two control points, a file need not write control points: one coordinate pair for each piece.
+//!
+//! # How far curves stray
+//! No point of the simpler outline lies further from the full one than the tolerance, and no point of the full one further from the
+//! simpler one (their Hausdorff distance): both are flattened finely and compared, piece by piece.
+//!
+//! # Why curves never cross
+//! Every piece walks through the triangles of its own chain, one after the other (see [`crate::fit`]), and leaves the triangle that
+//! it begins in. It turns by less than a right angle either way from its chord, so it meets neither the piece before nor the one
+//! behind; others are in other triangles.
+
+use std::ops::Range;
+
+use kurbo::{ParamCurveArea, Point, QuadBez, Vec2};
+
+use crate::drawing::flatten_quad;
+use crate::fit::{Fit, Sleeve, Spline};
+
+/// The most pieces that one replaces: more hardly ever fit, and looking further costs time.
+const LONGEST_RUN: usize = 16;
+
+/// The part of the tolerance that the parabola of a run may stray: the spline, whose pieces depend on those around, strays further.
+const FIRST_GUESS: f64 = 0.25;
+
+/// The same for two runs that are tried as one.
+const MERGED_GUESS: f64 = 0.8;
+
+/// Rounds of placing control points by those beside them. Each leaves a ninth of what is missing.
+const ROUNDS: usize = 4;
+
+/// How much keeping the area weighs, against staying in place, when control points are rounded.
+const AREA_WEIGHT: f64 = 2.0;
+
+/// The area that an outline may gain or lose when two pieces become one, in px^2: a few per cent of a dot.
+const AREA_LEFT: f64 = 0.2;
+
+/// Rounds of keeping the area, until the full outline is kept.
+const AREA_ROUNDS: usize = 4;
+
+/// The part of the tolerance that a curve is flattened to for its distance from the full outline to be measured: what two flattened
+/// curves may be nearer than the curves themselves is taken off the tolerance, twice this. Less costs time, more costs points.
+const MEASURED: f64 = 1.0 / 16.0;
+
+/// The least pieces of a closed outline: of three, dots that fused would be pointed.
+const LEAST_CLOSED: usize = 4;
+
+/// A piece of the simpler outline.
+#[derive(Clone)]
+struct Piece {
+    /// The pieces of the full outline that it stands for.
+    run: Range<usize>,
+    control: Point,
+    /// Whether its control point is that of the full outline.
+    is_full: bool,
+    /// The pieces before and behind; at the ends of an open outline itself.
+    beside: [usize; 2],
+    /// Where it is, flattened, among all points.
+    points: Range<usize>,
+}
+
+/// A full outline that is made simpler.
+pub(crate) struct Simplifier<'a> {
+    tolerance: f64,
+    /// Units to a pixel of the grid of control points.
+    units: f64,
+    outline: &'a Spline,
+    sleeve: &'a Sleeve<'a>,
+    /// The first is where the outline begins; others in any order, those that are no more too.
+    pieces: Vec<Piece>,
+    /// Joints and middles of the full outline's pieces in turn.
+    halves: Vec<Point>,
+    /// The area under the full outline, and how much the simpler one has more.
+    area: f64,
+    surplus: f64,
+    /// The full outline, flattened; for a closed one with its last piece before and its first behind.
+    full: Vec<Point>,
+    /// Where in it the joints are, and those of the pieces before and behind.
+    places: Vec<usize>,
+    /// Flattened pieces, those that are no more too.
+    points: Vec<Point>,
+    /// The square of the distance within which two flattened curves must lie.
+    near: f64,
+    scratch: Vec<Point>,
+}
+
+impl<'a> Simplifier<'a> {
+    pub(crate) fn new(fit: &Fit, outline: &'a Spline, sleeve: &'a Sleeve<'a>) -> Self {
+        let tolerance = fit.tolerance;
+        let n = outline.controls.len();
+        let mut simplifier = Self {
+            tolerance,
+            units: fit.units / 2.0,
+            outline,
+            sleeve,
+            pieces: Vec::with_capacity(n),
+            halves: Vec::with_capacity(2 * n + 1),
+            area: outline.whole_area(),
+            surplus: 0.0,
+            full: Vec::with_capacity(6 * n + 12),
+            places: Vec::with_capacity(n + 3),
+            points: Vec::with_capacity(6 * n),
+            near: square_within(tolerance * (1.0 - 2.0 * MEASURED)),
+            scratch: Vec::new(),
+        };
+        for k in 0..n {
+            simplifier.halves.extend([outline.joints[k], outline.middle(k)]);
+        }
+        simplifier.halves.push(outline.joints[n]);
+        simplifier.flatten_outline();
+        simplifier
+    }
+
+    /// The simpler outline.
+    pub(crate) fn run(mut self) -> Spline {
+        self.divide();
+        let mut all: Vec<usize> = self.in_order().collect();
+        self.relax(&all);
+        // Giving up pieces changes the area, and keeping it may make others stray: a few rounds nearly always do.
+        for round in 0..=AREA_ROUNDS {
+            self.surplus = self.whole_area() - self.area;
+            if round > 0 && self.surplus.abs() <= AREA_LEFT {
+                break;
+            }
+            if round == AREA_ROUNDS {
+                self.give_up(&all);
+                break;
+            }
+            let before: Vec<Point> = all.iter().map(|i| self.control(*i)).collect();
+            self.keep_area(&all);
+            self.surplus = self.whole_area() - self.area;
+            self.round(&all);
+            let moved = all.iter().zip(before).filter(|(i, before)| self.control(**i) != *before);
+            let mut new = if round == 0 { all.clone() } else { self.around(moved.map(|(i, _)| *i)) };
+            while let Some(bad) = self.bad_ones(&new) {
+                let changed = self.give_up(&bad);
+                new = self.around(changed.into_iter());
+            }
+            all = self.in_order().collect();
+        }
+        let mut next = Some(0);
+        while let Some(i) = next {
+            while self.merge(i) {}
+            next = self.next(i);
+        }
+        self.spline()
+    }
+
+    /// The piece behind another, if that is not the last.
+    fn next(&self, i: usize) -> Option<usize> {
+        let behind = self.behind(i);
+        (behind != 0 && behind != i).then_some(behind)
+    }
+
+    /// All pieces from begin to end.
+    fn in_order(&self) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(0), |i| self.next(*i))
+    }
+
+    fn flatten_outline(&mut self) {
+        let n = self.outline.controls.len();
+        // A closed one goes a piece further on both sides.
+        let further = usize::from(self.outline.closed);
+        let pieces = (n - further..n).chain(0..n).chain(0..further);
+        self.full.push(self.outline.joints[if self.outline.closed { n - 1 } else { 0 }]);
+        self.places.push(0);
+        for k in pieces {
+            if self.outline.corners[k] {
+                self.full.extend([self.outline.controls[k], self.outline.joints[k + 1]]);
+            } else {
+                flatten_quad(&self.outline.piece(k), self.tolerance * MEASURED, &mut self.full);
+            }
+            self.places.push(self.full.len() - 1);
+        }
+    }
+
+    /// The flattened full outline along a run, and a piece more on both sides if `wider`.
+    fn full_part(&self, run: &Range<usize>, wider: bool) -> &[Point] {
+        let at = usize::from(self.outline.closed);
+        let (mut first, mut last) = (run.start + at, run.end + at);
+        if wider {
+            (first, last) = (first.saturating_sub(1), (last + 1).min(self.places.len() - 1));
+        }
+        &self.full[self.places[first]..=self.places[last]]
+    }
+
+    /// The control point of the parabola through both ends of a run and its middle.
+    fn parabola(&self, run: &Range<usize>) -> Point {
+        let [begin, middle, end] = [2 * run.start, run.start + run.end, 2 * run.end].map(|h| self.halves[h]);
+        middle + (middle - begin.midpoint(end))
+    }
+
+    /// Whether the parabola of a run strays less than a part of the tolerance.
+    fn is_parabola(&self, run: &Range<usize>, part: f64) -> bool {
+        let [begin, end] = [run.start, run.end].map(|k| self.outline.joints[k]);
+        let control = self.parabola(run);
+        let (legs, halves) = ([control - begin, end - control], 2 * run.len());
+        if legs.iter().any(|leg| leg.dot(end - begin) <= 0.0) {
+            return false;
+        }
+        let limit = part * self.tolerance;
+        (1..halves).all(|h| {
+            let t = h as f64 / halves as f64;
+            let tangent = legs[0] * (1.0 - t) + legs[1] * t;
+            let point = begin + legs[0] * (2.0 * t * (1.0 - t)) + (end - begin) * (t * t);
+            let off = (self.halves[2 * run.start + h] - point).cross(tangent);
+            off * off <= limit * limit * tangent.hypot2()
+        })
+    }
+
+    /// Divides the outline into runs.
+    fn divide(&mut self) {
+        let (n, closed) = (self.outline.controls.len(), self.outline.closed);
+        // The first and last piece of an open outline stay as they are.
+        let last = if closed { n } else { n - 1 };
+        let mut k = 0;
+        if !closed {
+            self.push_full(0);
+            k = 1;
+        }
+        while k < last {
+            let mut length = 1;
+            for longer in 2..=LONGEST_RUN.min(last - k).min(n / LEAST_CLOSED) {
+                if self.is_parabola(&(k..k + longer), FIRST_GUESS) {
+                    length = longer;
+                } else if longer > length + 1 {
+                    break;
+                }
+            }
+            match length {
+                1 => self.push_full(k),
+                _ => self.push(k..k + length),
+            }
+            k += length;
+        }
+        if !closed && n > 1 {
+            self.push_full(n - 1);
+        }
+        let m = self.pieces.len();
+        for (i, piece) in self.pieces.iter_mut().enumerate() {
+            piece.beside = if closed { [(i + m - 1) % m, (i + 1) % m] } else { [i.saturating_sub(1), (i + 1).min(m - 1)] };
+        }
+    }
+
+    fn push(&mut self, run: Range<usize>) {
+        let control = self.parabola(&run);
+        self.pieces.push(Piece { run, control, is_full: false, beside: [0, 0], points: 0..0 });
+    }
+
+    fn push_full(&mut self, k: usize) {
+        let control = self.outline.controls[k];
+        self.pieces.push(Piece { run: k..k + 1, control, is_full: true, beside: [0, 0], points: 0..0 });
+    }
+
+    fn before(&self, i: usize) -> usize {
+        self.pieces[i].beside[0]
+    }
+
+    fn behind(&self, i: usize) -> usize {
+        self.pieces[i].beside[1]
+    }
+
+    fn control(&self, i: usize) -> Point {
+        self.pieces[i].control
+    }
+
+    /// Both ends of a piece.
+    fn joints(&self, i: usize) -> [Point; 2] {
+        let piece = &self.pieces[i];
+        // Between two pieces of the full outline, and at its ends, a joint is the full outline's.
+        let joint = |beside: usize, k: usize| {
+            let other = &self.pieces[beside];
+            if piece.is_full && other.is_full { self.outline.joints[k] } else { piece.control.midpoint(other.control) }
+        };
+        [joint(piece.beside[0], piece.run.start), joint(piece.beside[1], piece.run.end)]
+    }
+
+    fn quad(&self, i: usize) -> QuadBez {
+        let [begin, end] = self.joints(i);
+        QuadBez::new(begin, self.pieces[i].control, end)
+    }
+
+    /// Whether a piece is one of the full outline.
+    fn is_exact(&self, i: usize) -> bool {
+        [self.before(i), i, self.behind(i)].iter().all(|k| self.pieces[*k].is_full)
+    }
+
+    fn area_of(&self, i: usize) -> f64 {
+        if self.is_exact(i) { self.outline.area(self.pieces[i].run.start) } else { self.quad(i).signed_area() }
+    }
+
+    fn whole_area(&self) -> f64 {
+        self.in_order().map(|i| self.area_of(i)).sum()
+    }
+
+    /// Places control points so that the middles of pieces are those of their runs.
+    fn relax(&mut self, pieces: &[usize]) {
+        for _ in 0..ROUNDS {
+            for i in pieces {
+                let Piece { is_full, ref run, beside: [before, behind], .. } = self.pieces[*i];
+                if !is_full {
+                    let middle = self.halves[run.start + run.end].to_vec2();
+                    let beside = self.control(before).to_vec2() + self.control(behind).to_vec2();
+                    self.pieces[*i].control = ((middle * 8.0 - beside) / 6.0).to_point();
+                }
+            }
+        }
+    }
+
+    /// What moving a control point by a vector does to the area is their cross product.
+    fn gain(&self, i: usize) -> Vec2 {
+        let [before, behind] = self.pieces[i].beside;
+        let [far_before, far_behind] = [self.before(before), self.behind(behind)];
+        (self.control(behind) - self.control(before)) * (5.0 / 12.0) + (self.control(far_behind) - self.control(far_before)) / 24.0
+    }
+
+    /// Moves control points outwards, or all inwards, until the area is kept.
+    fn keep_area(&mut self, pieces: &[usize]) {
+        let gain = |of: &Self, i: usize| if of.pieces[i].is_full { Vec2::ZERO } else { of.gain(i) };
+        let whole: f64 = pieces.iter().map(|i| gain(self, *i).hypot2().sqrt()).sum();
+        let step = (-self.surplus / whole).clamp(-self.tolerance / 2.0, self.tolerance / 2.0);
+        for i in pieces {
+            let gain = gain(self, *i);
+            let length = gain.hypot2().sqrt();
+            if length > 0.0 {
+                self.pieces[*i].control += Vec2::new(gain.y, -gain.x) * (step / length);
+            }
+        }
+    }
+
+    /// Rounds control points to the grid: of the four around, to the one that is near and leaves the least area over.
+    fn round(&mut self, pieces: &[usize]) {
+        for i in pieces {
+            let Piece { is_full, control, .. } = self.pieces[*i];
+            if is_full {
+                continue;
+            }
+            let gain = self.gain(*i);
+            let weight = AREA_WEIGHT / gain.hypot2().max(1e-9);
+            let mut best = (f64::INFINITY, control, 0.0);
+            for p in corners(control, self.units) {
+                let step = p - control;
+                let area = self.surplus + step.cross(gain);
+                let cost = step.hypot2() + weight * area * area;
+                if cost < best.0 {
+                    best = (cost, p, area);
+                }
+            }
+            (self.pieces[*i].control, self.surplus) = (best.1, best.2);
+        }
+    }
+
+    fn flatten(&mut self, i: usize) {
+        let quad = self.quad(i);
+        let first = self.points.len();
+        self.points.push(quad.p0);
+        if self.is_exact(i) && self.outline.corners[self.pieces[i].run.start] {
+            self.points.extend([quad.p1, quad.p2]);
+        } else {
+            flatten_quad(&quad, self.tolerance * MEASURED, &mut self.points);
+        }
+        self.pieces[i].points = first..self.points.len();
+    }
+
+    /// The pieces that stray, of those given, in order, and of those beside them; None if none does.
+    fn bad_ones(&mut self, new: &[usize]) -> Option<Vec<usize>> {
+        for i in new {
+            self.flatten(*i);
+        }
+        let bad: Vec<usize> = new.iter().copied().filter(|i| !(self.keeps_way(*i) && self.keeps_near(*i))).collect();
+        (!bad.is_empty()).then_some(bad)
+    }
+
+    /// Whether a piece and its run are near each other.
+    fn keeps_near(&mut self, i: usize) -> bool {
+        if self.is_exact(i) {
+            return true;
+        }
+        let Piece { ref run, ref points, beside: [before, behind], .. } = self.pieces[i];
+        if !keeps_within(self.near, &self.points[points.clone()], self.full_part(run, true)) {
+            return false;
+        }
+        self.scratch.clear();
+        for k in [before, i, behind] {
+            self.scratch.extend_from_slice(&self.points[self.pieces[k].points.clone()]);
+        }
+        keeps_within(self.near, self.full_part(run, false), &self.scratch)
+    }
+
+    /// Whether a piece keeps clear of all others.
+    fn keeps_way(&mut self, i: usize) -> bool {
+        if self.is_exact(i) {
+            return true;
+        }
+        let (quad, run) = (self.quad(i), &self.pieces[i].run);
+        let chord = quad.p2 - quad.p0;
+        // Tangents in both joints; those of the full outline are its own.
+        let [before, behind] = self.pieces[i].beside.map(|k| self.pieces[i].is_full && self.pieces[k].is_full);
+        let begin = if before { self.outline.direction(run.start) } else { quad.p1 - quad.p0 };
+        let end = if behind { self.outline.direction(run.end) } else { quad.p2 - quad.p1 };
+        if !(begin.dot(chord) > 0.0 && end.dot(chord) > 0.0) {
+            return false;
+        }
+        let [first, last] = [(quad.p0, run.start), (quad.p2, run.end)].map(|(p, k)| self.sleeve.cell_of(p, k));
+        let (Some(first), Some(last)) = (first, last) else { return false };
+        last > first && self.sleeve.holds_quad(&quad, first, last, [begin, end], &mut self.scratch)
+    }
+
+    /// Puts the pieces of the full outline in place of those that stray, or of those beside them if they are that; which ones
+    /// are new.
+    fn give_up(&mut self, bad: &[usize]) -> Vec<usize> {
+        let mut changed = Vec::new();
+        for i in bad {
+            let around = if self.pieces[*i].is_full { vec![self.before(*i), self.behind(*i)] } else { vec![*i] };
+            for k in around {
+                self.make_full(k, &mut changed);
+            }
+        }
+        changed
+    }
+
+    /// Some pieces with two on each side of every one.
+    fn around(&self, pieces: impl Iterator<Item = usize>) -> Vec<usize> {
+        let mut around: Vec<usize> = pieces
+            .flat_map(|i| {
+                let [before, behind] = self.pieces[i].beside;
+                [self.before(before), before, i, behind, self.behind(behind)]
+            })
+            .collect();
+        around.sort_unstable();
+        around.dedup();
+        around
+    }
+
+    fn make_full(&mut self, i: usize, changed: &mut Vec<usize>) {
+        if self.pieces[i].is_full {
+            return;
+        }
+        let Piece { run, beside: [_, behind], .. } = self.pieces[i].clone();
+        let piece = &mut self.pieces[i];
+        (piece.run, piece.control, piece.is_full) = (run.start..run.start + 1, self.outline.controls[run.start], true);
+        changed.push(i);
+        let mut last = i;
+        for k in run.start + 1..run.end {
+            self.push_full(k);
+            let own = self.pieces.len() - 1;
+            self.link(last, own);
+            changed.push(own);
+            last = own;
+        }
+        self.link(last, behind);
+    }
+
+    fn link(&mut self, before: usize, behind: usize) {
+        self.pieces[before].beside[1] = behind;
+        self.pieces[behind].beside[0] = before;
+    }
+
+    /// Whether a piece is the first or last of an open outline.
+    fn is_end(&self, i: usize) -> bool {
+        self.pieces[i].beside.contains(&i)
+    }
+
+    /// The area under some pieces, each counted once.
+    fn area_of_all(&self, pieces: &[usize]) -> f64 {
+        let once = pieces.iter().enumerate().filter(|(k, i)| !pieces[..*k].contains(i));
+        once.map(|(_, i)| self.area_of(*i)).sum()
+    }
+
+    /// Makes one of a piece and the one behind, if that strays nowhere; says whether it did.
+    fn merge(&mut self, i: usize) -> bool {
+        let [before, behind] = self.pieces[i].beside;
+        let after = self.behind(behind);
+        let run = self.pieces[i].run.start..self.pieces[behind].run.end;
+        // Not over the begin of a closed outline, of which four are left.
+        if behind == 0
+            || before == after
+            || self.behind(after) == before
+            || run.len() > LONGEST_RUN
+            || self.is_end(i)
+            || self.is_end(behind)
+            || !self.is_parabola(&run, MERGED_GUESS)
+        {
+            return false;
+        }
+        let changed = [self.before(before), before, i, behind, after, self.behind(after)];
+        let old = changed.map(|k| self.pieces[k].clone());
+        let (surplus, points, area) = (self.surplus, self.points.len(), self.area_of_all(&changed));
+        let control = self.parabola(&run);
+        let piece = &mut self.pieces[i];
+        (piece.run, piece.control, piece.is_full) = (run, control, false);
+        self.link(i, after);
+        for k in [before, after] {
+            self.pieces[k].is_full = self.is_end(k);
+        }
+        self.relax(&[before, i, after]);
+        let left = [changed[2], changed[1], changed[4], changed[0], changed[5]];
+        self.surplus = surplus + self.area_of_all(&left) - area;
+        self.keep_area(&[before, i, after]);
+        self.surplus = surplus + self.area_of_all(&left) - area;
+        self.round(&[before, i, after]);
+        let is_kept = self.surplus.abs() <= surplus.abs().max(AREA_LEFT);
+        if is_kept && left.into_iter().all(|k| self.keeps_way(k)) {
+            left.into_iter().for_each(|k| self.flatten(k));
+            if left.into_iter().all(|k| self.keeps_near(k)) {
+                return true;
+            }
+        }
+        (self.surplus, self.pieces[i].beside) = (surplus, [before, behind]);
+        self.points.truncate(points);
+        for (k, piece) in changed.into_iter().zip(old) {
+            self.pieces[k] = piece;
+        }
+        false
+    }
+
+    fn spline(&self) -> Spline {
+        let order: Vec<usize> = self.in_order().collect();
+        let mut joints: Vec<Point> = order.iter().map(|i| self.joints(*i)[0]).collect();
+        joints.extend(order.last().map(|i| self.joints(*i)[1]));
+        let corners = order.iter().map(|i| self.is_exact(*i) && self.outline.corners[self.pieces[*i].run.start]).collect();
+        Spline { controls: order.iter().map(|i| self.control(*i)).collect(), joints, corners, closed: self.outline.closed }
+    }
+}
+
+/// The four points of a grid around p.
+fn corners(p: Point, units: f64) -> [Point; 4] {
+    let [x, y] = [p.x, p.y].map(|v| [(v * units).floor() / units, (v * units).ceil() / units]);
+    std::array::from_fn(|k| Point::new(x[k % 2], y[k / 2]))
+}
+
+/// The largest number with a square root that is not above a distance: squares compare with it as roots do with the distance.
+fn square_within(distance: f64) -> f64 {
+    let mut square = distance * distance;
+    while square.sqrt() > distance {
+        square = square.next_down();
+    }
+    while square.next_up().sqrt() <= distance {
+        square = square.next_up();
+    }
+    square
+}
+
+/// Whether a point lies within a distance of a segment, of which the square is given: in the circle around one of its ends, or
+/// beside it. Nothing is divided, and no branch is taken: this is what fitting spends most of its time on.
+fn is_within(square: f64, p: Point, a: Point, b: Point) -> bool {
+    let (along, off) = (b - a, p - a);
+    let (length, place, aside) = (along.hypot2(), off.dot(along), off.cross(along));
+    let is_beside = (place > 0.0) & (place < length) & (aside * aside <= square * length);
+    is_beside | (off.hypot2() <= square) | ((p - b).hypot2() <= square)
+}
+
+/// Whether every point of one polyline lies within a distance of another, of which the square is given, both followed from begin to
+/// end.
+fn keeps_within(square: f64, polyline: &[Point], of: &[Point]) -> bool {
+    let mut segment = 0;
+    polyline.iter().all(|p| {
+        while segment + 1 < of.len() {
+            if is_within(square, *p, of[segment], of[segment + 1]) {
+                return true;
+            }
+            segment += 1;
+        }
+        false
+    })
+}
