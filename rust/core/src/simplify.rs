@@ -573,3 +573,41 @@ fn keeps_within(square: f64, polyline: &[Point], of: &[Point]) -> bool {
         false
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use kurbo::{BezPath, PathEl, Shape};
+
+    use super::*;
+    use crate::drawing::{Frame, is_mirrored};
+
+    /// The outline of a black disc with a radius of 20 px, around which 60 triangles lie, crossed at uneven places.
+    fn disc(tolerance: f64) -> BezPath {
+        let node = |angle: usize, radius: f64| {
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * angle as f64 / 60.0);
+            Point::new(40.0 + radius * cos, 40.0 + radius * sin)
+        };
+        let edges: Vec<[Point; 2]> = (0..60usize).map(|k| [node(k.div_ceil(2) * 2, 19.0), node(k / 2 * 2 + 1, 21.0)]).collect();
+        let at = |k: usize| 0.4 + 0.2 * f64::from(crate::noise::noise(k as u64));
+        let crossings: Vec<Point> = edges.iter().enumerate().map(|(k, [black, white])| black.lerp(*white, at(k))).collect();
+        Fit::new(tolerance, 0.3, Frame { width: 80.0, height: 80.0 }).curve(&edges, &crossings, None, None)
+    }
+
+    #[test]
+    fn a_disc_takes_few_points_and_keeps_its_area() {
+        let full = disc(0.0);
+        let mut last = full.elements().len();
+        assert!(last >= 62);
+        for tolerance in [0.1, 0.25, 0.5] {
+            let simple = disc(tolerance);
+            let curves = simple.elements();
+            assert!(curves.len() < last, "{} points of {last} at {tolerance}", curves.len());
+            assert!((simple.area() - full.area()).abs() <= AREA_LEFT, "{} for {}", simple.area(), full.area());
+            // Joints are between control points: pieces say only where they end, but the first, and where the full outline was kept.
+            let quads = curves.windows(2).filter(|pair| matches!(pair[1], PathEl::QuadTo(..)));
+            assert!(quads.filter(|pair| !is_mirrored(&pair[0], &pair[1])).count() <= 2);
+            last = curves.len();
+        }
+        assert!(last <= 25);
+    }
+}
