@@ -38,6 +38,7 @@ GRID: dict[str, tuple[float, ...]] = {
     "midtones": (0.5, 0.7, 1.4, 2),
     "crispness": (0.5, 0.7, 1.4, 2),
     "cohesion": (0.5, 0.7, 1.4, 2),
+    "tolerance": (0.5, 0.7, 1.4, 2),
 }
 """Options, and what their defaults are multiplied by, one option at a time."""
 

@@ -483,7 +483,6 @@ impl<'a> Simplifier<'a> {
         let run = self.pieces[i].run.start..self.pieces[behind].run.end;
         // Not over the begin of a closed outline, of which four are left.
         if behind == 0
-            || before == after
             || self.behind(after) == before
             || run.len() > LONGEST_RUN
             || self.is_end(i)
