@@ -199,8 +199,17 @@ impl Spline {
         path
     }
 
-    pub(crate) fn piece(&self, k: usize) -> QuadBez {
+    fn piece(&self, k: usize) -> QuadBez {
         QuadBez::new(self.joints[k], self.controls[k], self.joints[k + 1])
+    }
+
+    /// Appends the points of piece k, flattened to a tolerance, without its begin.
+    pub(crate) fn flatten_piece(&self, k: usize, tolerance: f64, points: &mut Vec<Point>) {
+        if self.corners[k] {
+            points.extend([self.controls[k], self.joints[k + 1]]);
+        } else {
+            flatten_quad(&self.piece(k), tolerance, points);
+        }
     }
 
     /// The middle of piece k.

@@ -41,7 +41,7 @@ const ROUNDS: usize = 4;
 /// How much keeping the area weighs, against staying in place, when control points are rounded.
 const AREA_WEIGHT: f64 = 2.0;
 
-/// The area that an outline may gain or lose when two pieces become one, in px^2: a few per cent of a dot.
+/// The area that an outline may gain or lose, in px^2: a few per cent of a dot.
 const AREA_LEFT: f64 = 0.2;
 
 /// Rounds of keeping the area, until the full outline is kept.
@@ -123,36 +123,50 @@ impl<'a> Simplifier<'a> {
     /// The simpler outline.
     pub(crate) fn run(mut self) -> Spline {
         self.divide();
-        let mut all: Vec<usize> = self.in_order().collect();
+        let all: Vec<usize> = self.in_order().collect();
         self.relax(&all);
+        self.place(&all);
+        self.settle(all);
         // Giving up pieces changes the area, and keeping it may make others stray: a few rounds nearly always do.
-        for round in 0..=AREA_ROUNDS {
+        for round in 0..AREA_ROUNDS {
             self.surplus = self.whole_area() - self.area;
-            if round > 0 && self.surplus.abs() <= AREA_LEFT {
+            if self.surplus.abs() <= AREA_LEFT {
                 break;
             }
-            if round == AREA_ROUNDS {
-                self.give_up(&all);
-                break;
-            }
-            let before: Vec<Point> = all.iter().map(|i| self.control(*i)).collect();
-            self.keep_area(&all);
-            self.surplus = self.whole_area() - self.area;
-            self.round(&all);
-            let moved = all.iter().zip(before).filter(|(i, before)| self.control(**i) != *before);
-            let mut new = if round == 0 { all.clone() } else { self.around(moved.map(|(i, _)| *i)) };
-            while let Some(bad) = self.bad_ones(&new) {
-                let changed = self.give_up(&bad);
-                new = self.around(changed.into_iter());
-            }
-            all = self.in_order().collect();
+            let all: Vec<usize> = self.in_order().collect();
+            let changed = if round + 1 < AREA_ROUNDS { self.place(&all) } else { self.give_up(&all) };
+            self.settle(self.around(&changed));
         }
+        self.surplus = self.whole_area() - self.area;
         let mut next = Some(0);
         while let Some(i) = next {
             while self.merge(i) {}
             next = self.next(i);
         }
         self.spline()
+    }
+
+    /// Moves all control points to where the area is kept, on the grid; which ones are elsewhere then.
+    fn place(&mut self, all: &[usize]) -> Vec<usize> {
+        let before: Vec<Point> = all.iter().map(|i| self.control(*i)).collect();
+        self.surplus = self.whole_area() - self.area;
+        self.keep_area(all);
+        self.surplus = self.whole_area() - self.area;
+        self.round(all);
+        all.iter().zip(before).filter(|(i, before)| self.control(**i) != *before).map(|(i, _)| *i).collect()
+    }
+
+    /// Looks at pieces that are new or beside new ones, and gives up those that stray, until none does.
+    fn settle(&mut self, mut new: Vec<usize>) {
+        loop {
+            new.iter().for_each(|i| self.flatten(*i));
+            let bad: Vec<usize> = new.into_iter().filter(|i| !(self.keeps_way(*i) && self.keeps_near(*i))).collect();
+            if bad.is_empty() {
+                return;
+            }
+            let changed = self.give_up(&bad);
+            new = self.around(&changed);
+        }
     }
 
     /// The piece behind another, if that is not the last.
@@ -174,11 +188,7 @@ impl<'a> Simplifier<'a> {
         self.full.push(self.outline.joints[if self.outline.closed { n - 1 } else { 0 }]);
         self.places.push(0);
         for k in pieces {
-            if self.outline.corners[k] {
-                self.full.extend([self.outline.controls[k], self.outline.joints[k + 1]]);
-            } else {
-                flatten_quad(&self.outline.piece(k), self.tolerance * MEASURED, &mut self.full);
-            }
+            self.outline.flatten_piece(k, self.tolerance * MEASURED, &mut self.full);
             self.places.push(self.full.len() - 1);
         }
     }
@@ -360,24 +370,15 @@ impl<'a> Simplifier<'a> {
     }
 
     fn flatten(&mut self, i: usize) {
-        let quad = self.quad(i);
+        let (quad, flat) = (self.quad(i), self.tolerance * MEASURED);
         let first = self.points.len();
         self.points.push(quad.p0);
-        if self.is_exact(i) && self.outline.corners[self.pieces[i].run.start] {
-            self.points.extend([quad.p1, quad.p2]);
+        if self.is_exact(i) {
+            self.outline.flatten_piece(self.pieces[i].run.start, flat, &mut self.points);
         } else {
-            flatten_quad(&quad, self.tolerance * MEASURED, &mut self.points);
+            flatten_quad(&quad, flat, &mut self.points);
         }
         self.pieces[i].points = first..self.points.len();
-    }
-
-    /// The pieces that stray, of those given, in order, and of those beside them; None if none does.
-    fn bad_ones(&mut self, new: &[usize]) -> Option<Vec<usize>> {
-        for i in new {
-            self.flatten(*i);
-        }
-        let bad: Vec<usize> = new.iter().copied().filter(|i| !(self.keeps_way(*i) && self.keeps_near(*i))).collect();
-        (!bad.is_empty()).then_some(bad)
     }
 
     /// Whether a piece and its run are near each other.
@@ -429,11 +430,12 @@ impl<'a> Simplifier<'a> {
     }
 
     /// Some pieces with two on each side of every one.
-    fn around(&self, pieces: impl Iterator<Item = usize>) -> Vec<usize> {
+    fn around(&self, pieces: &[usize]) -> Vec<usize> {
         let mut around: Vec<usize> = pieces
+            .iter()
             .flat_map(|i| {
-                let [before, behind] = self.pieces[i].beside;
-                [self.before(before), before, i, behind, self.behind(behind)]
+                let [before, behind] = self.pieces[*i].beside;
+                [self.before(before), before, *i, behind, self.behind(behind)]
             })
             .collect();
         around.sort_unstable();
@@ -491,7 +493,8 @@ impl<'a> Simplifier<'a> {
         {
             return false;
         }
-        let changed = [self.before(before), before, i, behind, after, self.behind(after)];
+        let (far_before, far_after) = (self.before(before), self.behind(after));
+        let changed = [far_before, before, i, behind, after, far_after];
         let old = changed.map(|k| self.pieces[k].clone());
         let (surplus, points, area) = (self.surplus, self.points.len(), self.area_of_all(&changed));
         let control = self.parabola(&run);
@@ -501,12 +504,12 @@ impl<'a> Simplifier<'a> {
         for k in [before, after] {
             self.pieces[k].is_full = self.is_end(k);
         }
-        self.relax(&[before, i, after]);
-        let left = [changed[2], changed[1], changed[4], changed[0], changed[5]];
+        let (moved, left) = ([before, i, after], [i, before, after, far_before, far_after]);
+        self.relax(&moved);
         self.surplus = surplus + self.area_of_all(&left) - area;
-        self.keep_area(&[before, i, after]);
+        self.keep_area(&moved);
         self.surplus = surplus + self.area_of_all(&left) - area;
-        self.round(&[before, i, after]);
+        self.round(&moved);
         let is_kept = self.surplus.abs() <= surplus.abs().max(AREA_LEFT);
         if is_kept && left.into_iter().all(|k| self.keeps_way(k)) {
             left.into_iter().for_each(|k| self.flatten(k));
@@ -514,7 +517,7 @@ impl<'a> Simplifier<'a> {
                 return true;
             }
         }
-        (self.surplus, self.pieces[i].beside) = (surplus, [before, behind]);
+        self.surplus = surplus;
         self.points.truncate(points);
         for (k, piece) in changed.into_iter().zip(old) {
             self.pieces[k] = piece;
