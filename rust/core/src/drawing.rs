@@ -304,7 +304,11 @@ impl Drawing {
 
     /// The path of a ring with its true curves; empty for the outline of a stipple, which is no path but a circle.
     pub fn ring_path(&self, ring: &Ring) -> BezPath {
-        let mut path = BezPath::new();
+        let of_part = |part: &RingPart| match part {
+            RingPart::Curve { index, .. } => self.curves[*index as usize].elements().len(),
+            _ => 1,
+        };
+        let mut path = BezPath::with_capacity(ring.parts.iter().map(of_part).sum::<usize>() + 1);
         for part in &ring.parts {
             match *part {
                 RingPart::Curve { index, reversed: false } => extend(&mut path, self.curves[index as usize].iter()),

@@ -155,33 +155,22 @@ impl PathWriter {
 
     /// A closed path, given in pixels.
     fn ring(&mut self, path: &BezPath) {
-        let elements = path.elements();
-        let units = |p: Point| Point::new(p.x * self.units, p.y * self.units);
-        // The whole path in units first, as the closure above borrows the writer.
-        let in_units: Vec<PathEl> = elements
-            .iter()
-            .map(|element| match *element {
-                PathEl::MoveTo(p) => PathEl::MoveTo(units(p)),
-                PathEl::LineTo(p) => PathEl::LineTo(units(p)),
-                PathEl::QuadTo(c, p) => PathEl::QuadTo(units(c), units(p)),
-                PathEl::CurveTo(c, d, p) => PathEl::CurveTo(units(c), units(d), units(p)),
-                PathEl::ClosePath => PathEl::ClosePath,
-            })
-            .collect();
-        let mut last = PathEl::ClosePath;
-        for (i, element) in in_units.iter().enumerate() {
-            let is_mirrored = is_mirrored(&last, element);
-            last = *element;
+        let (elements, scale) = (path.elements(), self.units);
+        let units = |p: Point| Point::new(p.x * scale, p.y * scale);
+        let mut last = &PathEl::ClosePath;
+        for (i, element) in elements.iter().enumerate() {
+            let is_mirrored = is_mirrored(last, element);
+            last = element;
             match *element {
-                PathEl::MoveTo(p) => self.move_to(p),
+                PathEl::MoveTo(p) => self.move_to(units(p)),
                 PathEl::LineTo(p) => {
                     // `z` draws the line back to the start.
-                    if !(p == self.start && matches!(in_units.get(i + 1), None | Some(PathEl::ClosePath))) {
-                        self.line_to(p);
+                    if !(units(p) == self.start && matches!(elements.get(i + 1), None | Some(PathEl::ClosePath))) {
+                        self.line_to(units(p));
                     }
                 }
-                PathEl::QuadTo(c, p) => self.quad_to((!is_mirrored).then_some(c), p),
-                PathEl::CurveTo(c, d, p) => self.curve_to((!is_mirrored).then_some(c), d, p),
+                PathEl::QuadTo(c, p) => self.quad_to((!is_mirrored).then(|| units(c)), units(p)),
+                PathEl::CurveTo(c, d, p) => self.curve_to((!is_mirrored).then(|| units(c)), units(d), units(p)),
                 PathEl::ClosePath => self.close(),
             }
         }
