@@ -10,7 +10,7 @@
 //! The pieces join inside triangles, and piece k runs from one triangle to the next across edge k. Every triangle is crossed by one
 //! chain alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
 //! two nodes, can touch no other chain. Every curve is walked along like that, with the rounded coordinates that are written to
-//! files: on both ways around the triangle of its points, or as it is flattened for regions and much finer. A piece that strays
+//! files: on both ways around it, or as it is flattened for regions and much finer. A piece that strays
 //! becomes a corner at the crossing, which cannot stray. (The paper's own splines have no such guarantee.)
 //!
 //! # Coordinates
@@ -203,13 +203,10 @@ impl Spline {
         QuadBez::new(self.joints[k], self.controls[k], self.joints[k + 1])
     }
 
-    /// Appends the points of piece k, flattened to a tolerance, without its begin.
-    pub(crate) fn flatten_piece(&self, k: usize, tolerance: f64, points: &mut Vec<Point>) {
-        if self.corners[k] {
-            points.extend([self.controls[k], self.joints[k + 1]]);
-        } else {
-            flatten_quad(&self.piece(k), tolerance, points);
-        }
+    /// The second difference of piece k: 0 for a corner, which is straight on both sides.
+    pub(crate) fn bend(&self, k: usize) -> Vec2 {
+        let QuadBez { p0, p1, p2 } = self.piece(k);
+        if self.corners[k] { Vec2::ZERO } else { (p2 - p1) - (p1 - p0) }
     }
 
     /// The middle of piece k.
@@ -392,9 +389,9 @@ impl<'a> Sleeve<'a> {
         [k, k + 1, k.wrapping_sub(1)].into_iter().find(|k| (self.closed || *k < self.cells.len()) && self.cell(*k).holds(p))
     }
 
-    /// Whether a quadratic curve from a point in cell `first` to one in cell `last` walks through the cells between, however it is
-    /// flattened, if the two ways around the triangle of its points do, which nearly always do, and else as it is. The directions
-    /// are as for [`Sleeve::holds`].
+    /// Whether a quadratic curve from a point in cell `first` to one in cell `last` walks through the cells between, one after the
+    /// other, however it is flattened: if the ways around it do, which nearly always do, and else as it is. The directions are as
+    /// for [`Sleeve::holds`].
     pub(crate) fn holds_quad(
         &self,
         quad: &QuadBez,
@@ -403,16 +400,49 @@ impl<'a> Sleeve<'a> {
         directions: [Vec2; 2],
         scratch: &mut Vec<Point>,
     ) -> bool {
-        let QuadBez { p0, p1, p2 } = *quad;
-        let hull_stays = directions.iter().all(|direction| (p2 - p0).dot(*direction) > 0.0)
-            && self.holds(&[p0, p2], first, last, directions)
-            && self.holds(&[p0, p1, p2], first, last, directions);
-        hull_stays
-            || [FINE, 1.0].iter().all(|part| {
+        self.holds_ways_around(quad, first, last, directions).unwrap_or_else(|| {
+            [FINE, 1.0].iter().all(|part| {
                 scratch.clear();
-                scratch.push(p0);
+                scratch.push(quad.p0);
                 flatten_quad(quad, part * FLATTENING_TOLERANCE, scratch);
                 self.holds(scratch, first, last, directions)
             })
+        })
+    }
+
+    /// Whether both ways around a curve, straight and over the middles of its legs, walk through the cells as for
+    /// [`Sleeve::holds_quad`]; it lies between them, and so does every polyline through points of it. Not known if they do not both.
+    ///
+    /// A line from a point in a cell that has the black node of an edge of it on its left and the white one on its right comes to
+    /// the next cell. So no more needs to be asked of edges between the cells of two points than on which sides of the line
+    /// their nodes are.
+    fn holds_ways_around(&self, quad: &QuadBez, first: usize, last: usize, directions: [Vec2; 2]) -> Option<bool> {
+        let QuadBez { p0, p1, p2 } = *quad;
+        let legs = [p1 - p0, p2 - p0, p2 - p1];
+        let begins = [p0, p0.midpoint(p1), p1.midpoint(p2)];
+        let keeps_direction = |direction: Vec2, leg: usize| legs[leg].dot(direction) > 0.0 && legs[1].dot(direction) > 0.0;
+        let mut stays = keeps_direction(directions[0], 0) && keeps_direction(directions[1], 2);
+        stays &= begins[1..].iter().all(|begin| self.frame.holds(*begin));
+        let mut leg = 0;
+        for k in first..last {
+            let [black, white] = self.edges[self.wrapped(k)];
+            // The leg that passes this edge is the first whose end is behind it.
+            while leg < 2 && turn(black, white, begins[leg + 1]) <= SIDE_CLEARANCE {
+                leg += 1;
+                stays &= self.cell(k).holds(begins[leg]);
+            }
+            // Whether a line passes on the right side of the black node, and of the white one.
+            let passes = |begin: Point, way: Vec2| {
+                let [black, white] = [black, white].map(|node| way.cross(node - begin));
+                [black + EDGE_CLEARANCE * (white - black) >= 0.0, white + EDGE_CLEARANCE * (black - white) <= 0.0]
+            };
+            let (straight, around) = (passes(p0, legs[1]), passes(begins[leg], legs[leg]));
+            if (0..2).any(|side| !straight[side] && !around[side]) {
+                return Some(false);
+            }
+            stays &= straight == [true; 2] && around == [true; 2];
+        }
+        stays &= begins[leg + 1..].iter().all(|begin| self.cell(last).holds(*begin));
+        stays.then_some(true)
     }
 }

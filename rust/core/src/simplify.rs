@@ -11,8 +11,11 @@
 //! As joints are in the middle between two control points, a file need not write control points: one coordinate pair for each piece.
 //!
 //! # How far curves stray
-//! No point of the simpler outline lies further from the full one than the tolerance, and no point of the full one further from the
-//! simpler one (their Hausdorff distance): both are flattened finely and compared, piece by piece.
+//! Whoever goes along the simpler outline has a companion on the full one, never further away than the tolerance, who does not turn
+//! back either (their Fréchet distance). The companion of a joint is the place nearest to it on the full outline; joints and
+//! middles of the full outline's pieces are companions of points that are about nearest, in the same order. Between two of those
+//! both outlines are quadratic curves, and so is their difference, of which no more needs to be known than its ends and how much
+//! it bends.
 //!
 //! # Why curves never cross
 //! Every piece walks through the triangles of its own chain, one after the other (see [`crate::fit`]), and leaves the triangle that
@@ -23,20 +26,16 @@ use std::ops::Range;
 
 use kurbo::{ParamCurveArea, Point, QuadBez, Vec2};
 
-use crate::drawing::flatten_quad;
 use crate::fit::{Fit, Sleeve, Spline};
 
 /// The most pieces that one replaces: more hardly ever fit, and looking further costs time.
 const LONGEST_RUN: usize = 16;
 
 /// The part of the tolerance that the parabola of a run may stray: the spline, whose pieces depend on those around, strays further.
-const FIRST_GUESS: f64 = 0.25;
-
-/// The same for two runs that are tried as one.
-const MERGED_GUESS: f64 = 0.8;
+const FIRST_GUESS: f64 = 0.2;
 
 /// Rounds of placing control points by those beside them. Each leaves a ninth of what is missing.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 3;
 
 /// How much keeping the area weighs, against staying in place, when control points are rounded.
 const AREA_WEIGHT: f64 = 2.0;
@@ -47,9 +46,9 @@ const AREA_LEFT: f64 = 0.2;
 /// Rounds of keeping the area, until the full outline is kept.
 const AREA_ROUNDS: usize = 4;
 
-/// The part of the tolerance that a curve is flattened to for its distance from the full outline to be measured: what two flattened
-/// curves may be nearer than the curves themselves is taken off the tolerance, twice this. Less costs time, more costs points.
-const MEASURED: f64 = 1.0 / 16.0;
+/// Pieces of the full outline, on each side of where it is looked for, among which the place nearest to a joint must lie. Joints lie
+/// in the middle between control points, not between runs.
+const REACH: usize = LONGEST_RUN / 4 + 1;
 
 /// The least pieces of a closed outline: of three, dots that fused would be pointed.
 const LEAST_CLOSED: usize = 4;
@@ -64,8 +63,6 @@ struct Piece {
     is_full: bool,
     /// The pieces before and behind; at the ends of an open outline itself.
     beside: [usize; 2],
-    /// Where it is, flattened, among all points.
-    points: Range<usize>,
 }
 
 /// A full outline that is made simpler.
@@ -77,19 +74,16 @@ pub(crate) struct Simplifier<'a> {
     sleeve: &'a Sleeve<'a>,
     /// The first is where the outline begins; others in any order, those that are no more too.
     pieces: Vec<Piece>,
-    /// Joints and middles of the full outline's pieces in turn.
+    /// Joints and middles of the full outline's pieces in turn; for a closed one with [`REACH`] pieces more before and behind.
     halves: Vec<Point>,
+    /// The second difference of both halves of every piece, as Bezier curves: a point of one, a part s of the way, lies s (1 - s) times
+    /// this before that of a straight line.
+    bends: Vec<Vec2>,
+    /// How many pieces there are before the first.
+    ahead: usize,
     /// The area under the full outline, and how much the simpler one has more.
     area: f64,
     surplus: f64,
-    /// The full outline, flattened; for a closed one with its last piece before and its first behind.
-    full: Vec<Point>,
-    /// Where in it the joints are, and those of the pieces before and behind.
-    places: Vec<usize>,
-    /// Flattened pieces, those that are no more too.
-    points: Vec<Point>,
-    /// The square of the distance within which two flattened curves must lie.
-    near: f64,
     scratch: Vec<Point>,
 }
 
@@ -97,34 +91,29 @@ impl<'a> Simplifier<'a> {
     pub(crate) fn new(fit: &Fit, outline: &'a Spline, sleeve: &'a Sleeve<'a>) -> Self {
         let tolerance = fit.tolerance;
         let n = outline.controls.len();
-        let mut simplifier = Self {
+        let ahead = if outline.closed { REACH } else { 0 };
+        let pieces = (0..n + 2 * ahead).map(|k| (k + n * ahead - ahead) % n);
+        let halves = pieces.clone().flat_map(|k| [outline.joints[k], outline.middle(k)]);
+        Self {
             tolerance,
             units: fit.units / 2.0,
             outline,
             sleeve,
             pieces: Vec::with_capacity(n),
-            halves: Vec::with_capacity(2 * n + 1),
+            halves: halves.chain([outline.joints[if outline.closed { ahead % n } else { n }]]).collect(),
+            bends: pieces.map(|k| outline.bend(k) / 4.0).collect(),
+            ahead,
             area: outline.whole_area(),
             surplus: 0.0,
-            full: Vec::with_capacity(6 * n + 12),
-            places: Vec::with_capacity(n + 3),
-            points: Vec::with_capacity(6 * n),
-            near: square_within(tolerance * (1.0 - 2.0 * MEASURED)),
             scratch: Vec::new(),
-        };
-        for k in 0..n {
-            simplifier.halves.extend([outline.joints[k], outline.middle(k)]);
         }
-        simplifier.halves.push(outline.joints[n]);
-        simplifier.flatten_outline();
-        simplifier
     }
 
     /// The simpler outline.
     pub(crate) fn run(mut self) -> Spline {
         self.divide();
         let all: Vec<usize> = self.in_order().collect();
-        self.relax(&all);
+        (0..ROUNDS).for_each(|_| self.relax(&all));
         self.place(&all);
         self.settle(all);
         // Giving up pieces changes the area, and keeping it may make others stray: a few rounds nearly always do.
@@ -134,7 +123,12 @@ impl<'a> Simplifier<'a> {
                 break;
             }
             let all: Vec<usize> = self.in_order().collect();
-            let changed = if round + 1 < AREA_ROUNDS { self.place(&all) } else { self.give_up(&all) };
+            let mut changed = Vec::new();
+            if round + 1 < AREA_ROUNDS {
+                changed = self.place(&all);
+            } else {
+                all.iter().for_each(|i| self.divide_run(*i, true, &mut changed));
+            }
             self.settle(self.around(&changed));
         }
         self.surplus = self.whole_area() - self.area;
@@ -159,7 +153,6 @@ impl<'a> Simplifier<'a> {
     /// Looks at pieces that are new or beside new ones, and gives up those that stray, until none does.
     fn settle(&mut self, mut new: Vec<usize>) {
         loop {
-            new.iter().for_each(|i| self.flatten(*i));
             let bad: Vec<usize> = new.into_iter().filter(|i| !(self.keeps_way(*i) && self.keeps_near(*i))).collect();
             if bad.is_empty() {
                 return;
@@ -180,49 +173,34 @@ impl<'a> Simplifier<'a> {
         std::iter::successors(Some(0), |i| self.next(*i))
     }
 
-    fn flatten_outline(&mut self) {
-        let n = self.outline.controls.len();
-        // A closed one goes a piece further on both sides.
-        let further = usize::from(self.outline.closed);
-        let pieces = (n - further..n).chain(0..n).chain(0..further);
-        self.full.push(self.outline.joints[if self.outline.closed { n - 1 } else { 0 }]);
-        self.places.push(0);
-        for k in pieces {
-            self.outline.flatten_piece(k, self.tolerance * MEASURED, &mut self.full);
-            self.places.push(self.full.len() - 1);
-        }
-    }
-
-    /// The flattened full outline along a run, and a piece more on both sides if `wider`.
-    fn full_part(&self, run: &Range<usize>, wider: bool) -> &[Point] {
-        let at = usize::from(self.outline.closed);
-        let (mut first, mut last) = (run.start + at, run.end + at);
-        if wider {
-            (first, last) = (first.saturating_sub(1), (last + 1).min(self.places.len() - 1));
-        }
-        &self.full[self.places[first]..=self.places[last]]
+    /// Joints and middles from where a run begins.
+    fn halves_from(&self, k: usize) -> &[Point] {
+        &self.halves[2 * (k + self.ahead)..]
     }
 
     /// The control point of the parabola through both ends of a run and its middle.
     fn parabola(&self, run: &Range<usize>) -> Point {
-        let [begin, middle, end] = [2 * run.start, run.start + run.end, 2 * run.end].map(|h| self.halves[h]);
+        let halves = self.halves_from(run.start);
+        let [begin, middle, end] = [0, run.len(), 2 * run.len()].map(|h| halves[h]);
         middle + (middle - begin.midpoint(end))
     }
 
     /// Whether the parabola of a run strays less than a part of the tolerance.
     fn is_parabola(&self, run: &Range<usize>, part: f64) -> bool {
-        let [begin, end] = [run.start, run.end].map(|k| self.outline.joints[k]);
+        let halves = &self.halves_from(run.start)[..=2 * run.len()];
+        let (begin, end) = (halves[0], halves[2 * run.len()]);
         let control = self.parabola(run);
-        let (legs, halves) = ([control - begin, end - control], 2 * run.len());
+        let legs = [control - begin, end - control];
         if legs.iter().any(|leg| leg.dot(end - begin) <= 0.0) {
             return false;
         }
         let limit = part * self.tolerance;
-        (1..halves).all(|h| {
-            let t = h as f64 / halves as f64;
+        let step = 1.0 / (2 * run.len()) as f64;
+        halves.iter().enumerate().skip(1).all(|(h, half)| {
+            let t = h as f64 * step;
             let tangent = legs[0] * (1.0 - t) + legs[1] * t;
             let point = begin + legs[0] * (2.0 * t * (1.0 - t)) + (end - begin) * (t * t);
-            let off = (self.halves[2 * run.start + h] - point).cross(tangent);
+            let off = (*half - point).cross(tangent);
             off * off <= limit * limit * tangent.hypot2()
         })
     }
@@ -246,10 +224,7 @@ impl<'a> Simplifier<'a> {
                     break;
                 }
             }
-            match length {
-                1 => self.push_full(k),
-                _ => self.push(k..k + length),
-            }
+            self.push(k..k + length);
             k += length;
         }
         if !closed && n > 1 {
@@ -263,12 +238,12 @@ impl<'a> Simplifier<'a> {
 
     fn push(&mut self, run: Range<usize>) {
         let control = self.parabola(&run);
-        self.pieces.push(Piece { run, control, is_full: false, beside: [0, 0], points: 0..0 });
+        self.pieces.push(Piece { run, control, is_full: false, beside: [0, 0] });
     }
 
     fn push_full(&mut self, k: usize) {
         let control = self.outline.controls[k];
-        self.pieces.push(Piece { run: k..k + 1, control, is_full: true, beside: [0, 0], points: 0..0 });
+        self.pieces.push(Piece { run: k..k + 1, control, is_full: true, beside: [0, 0] });
     }
 
     fn before(&self, i: usize) -> usize {
@@ -314,14 +289,12 @@ impl<'a> Simplifier<'a> {
 
     /// Places control points so that the middles of pieces are those of their runs.
     fn relax(&mut self, pieces: &[usize]) {
-        for _ in 0..ROUNDS {
-            for i in pieces {
-                let Piece { is_full, ref run, beside: [before, behind], .. } = self.pieces[*i];
-                if !is_full {
-                    let middle = self.halves[run.start + run.end].to_vec2();
-                    let beside = self.control(before).to_vec2() + self.control(behind).to_vec2();
-                    self.pieces[*i].control = ((middle * 8.0 - beside) / 6.0).to_point();
-                }
+        for i in pieces {
+            let Piece { is_full, ref run, beside: [before, behind], .. } = self.pieces[*i];
+            if !is_full {
+                let middle = self.halves_from(run.start)[run.len()].to_vec2();
+                let beside = self.control(before).to_vec2() + self.control(behind).to_vec2();
+                self.pieces[*i].control = ((middle * 8.0 - beside) / 6.0).to_point();
             }
         }
     }
@@ -369,32 +342,82 @@ impl<'a> Simplifier<'a> {
         }
     }
 
-    fn flatten(&mut self, i: usize) {
-        let (quad, flat) = (self.quad(i), self.tolerance * MEASURED);
-        let first = self.points.len();
-        self.points.push(quad.p0);
-        if self.is_exact(i) {
-            self.outline.flatten_piece(self.pieces[i].run.start, flat, &mut self.points);
-        } else {
-            flatten_quad(&quad, flat, &mut self.points);
+    /// Where the full outline, as straight lines between joints and middles, is nearest to a joint of the simpler one, on the way from
+    /// where its piece k begins: the number in `halves` and the part of the way to the next. None if it is far off.
+    fn nearest(&self, joint: Point, k: usize) -> Option<(usize, f64)> {
+        let from = 2 * (k + self.ahead);
+        let (mut half, mut went_on) = (from, false);
+        loop {
+            if half + 2 * REACH < from || half > from + 2 * REACH {
+                return None;
+            }
+            // Open outlines end there.
+            let Some(end) = self.halves.get(half + 1) else { return Some((half, 0.0)) };
+            let begin = self.halves[half];
+            let along = *end - begin;
+            let (place, length) = ((joint - begin).dot(along), along.hypot2());
+            if place >= length {
+                (half, went_on) = (half + 1, true);
+            } else if place >= 0.0 {
+                return Some((half, place / length));
+            } else if went_on || half == 0 {
+                return Some((half, 0.0));
+            } else {
+                // Back, to the end of that or further.
+                half -= 1;
+                let (begin, end) = (self.halves[half], self.halves[half + 1]);
+                if (joint - begin).dot(end - begin) >= (end - begin).hypot2() {
+                    return Some((half + 1, 0.0));
+                }
+            }
         }
-        self.pieces[i].points = first..self.points.len();
     }
 
-    /// Whether a piece and its run are near each other.
-    fn keeps_near(&mut self, i: usize) -> bool {
+    /// Whether a piece and the part of the full outline between the places nearest to its ends are within the tolerance of each other
+    /// all along: their Fréchet distance.
+    fn keeps_near(&self, i: usize) -> bool {
         if self.is_exact(i) {
             return true;
         }
-        let Piece { ref run, ref points, beside: [before, behind], .. } = self.pieces[i];
-        if !keeps_within(self.near, &self.points[points.clone()], self.full_part(run, true)) {
+        let run = &self.pieces[i].run;
+        let QuadBez { p0, p1, p2 } = self.quad(i);
+        let (Some((begin, before)), Some((end, behind))) = (self.nearest(p0, run.start), self.nearest(p2, run.end)) else {
+            return false;
+        };
+        let length = (end as f64 + behind) - (begin as f64 + before);
+        if length <= 0.0 {
             return false;
         }
-        self.scratch.clear();
-        for k in [before, i, behind] {
-            self.scratch.extend_from_slice(&self.points[self.pieces[k].points.clone()]);
+        let bend_at = |half: usize| self.bends[(half / 2).min(self.bends.len() - 1)];
+        let at = |half: usize, part: f64| {
+            let straight = self.halves[half].lerp(self.halves[(half + 1).min(self.halves.len() - 1)], part);
+            straight - bend_at(half) * (part * (1.0 - part))
+        };
+        let (legs, bend) = ([p1 - p0, p2 - p1], (p2 - p1) - (p1 - p0));
+        // Half by half both are quadratic curves, and so is their difference: nowhere more than a quarter of its own second difference
+        // longer than at one of its ends.
+        let (mut t, mut off) = (0.0, (at(begin, before) - p0).hypot2());
+        for half in begin..=end {
+            let from = if half == begin { before } else { 0.0 };
+            let (to, near, off_there) = if half == end {
+                (behind, 1.0, (at(end, behind) - p2).hypot2())
+            } else {
+                let place = self.halves[half + 1];
+                let guess = ((half + 1 - begin) as f64 - before) / length;
+                let tangent = legs[0] + bend * guess;
+                let away = place - (p0 + (legs[0] * 2.0 + bend * guess) * guess);
+                // A step of Newton's method to the point that is nearest.
+                let near = (guess + 0.5 * away.dot(tangent) / tangent.hypot2()).clamp(t, 1.0);
+                (1.0, near, (place - (p0 + (legs[0] * 2.0 + bend * near) * near)).hypot2())
+            };
+            let difference = bend_at(half) * (to - from).powi(2) - bend * (near - t).powi(2);
+            let left = self.tolerance - 0.25 * difference.hypot2().sqrt();
+            if !(left > 0.0 && off.max(off_there) <= left * left) {
+                return false;
+            }
+            (t, off) = (near, off_there);
         }
-        keeps_within(self.near, self.full_part(run, false), &self.scratch)
+        true
     }
 
     /// Whether a piece keeps clear of all others.
@@ -416,14 +439,15 @@ impl<'a> Simplifier<'a> {
         last > first && self.sleeve.holds_quad(&quad, first, last, [begin, end], &mut self.scratch)
     }
 
-    /// Puts the pieces of the full outline in place of those that stray, or of those beside them if they are that; which ones
-    /// are new.
+    /// Puts others in place of pieces that stray, or of those beside them if they are the full outline's; which ones are new.
     fn give_up(&mut self, bad: &[usize]) -> Vec<usize> {
         let mut changed = Vec::new();
         for i in bad {
-            let around = if self.pieces[*i].is_full { vec![self.before(*i), self.behind(*i)] } else { vec![*i] };
+            let around = if self.pieces[*i].is_full { self.pieces[*i].beside.to_vec() } else { vec![*i] };
             for k in around {
-                self.make_full(k, &mut changed);
+                // First a piece for each of the full outline's, on the grid; then those themselves.
+                let is_full = self.pieces[k].run.len() == 1;
+                self.divide_run(k, is_full, &mut changed);
             }
         }
         changed
@@ -443,21 +467,27 @@ impl<'a> Simplifier<'a> {
         around
     }
 
-    fn make_full(&mut self, i: usize, changed: &mut Vec<usize>) {
+    /// Puts a piece for each of the full outline's in place of the one for all of its run: those themselves, or as they are on the grid.
+    fn divide_run(&mut self, i: usize, is_full: bool, changed: &mut Vec<usize>) {
         if self.pieces[i].is_full {
             return;
         }
         let Piece { run, beside: [_, behind], .. } = self.pieces[i].clone();
-        let piece = &mut self.pieces[i];
-        (piece.run, piece.control, piece.is_full) = (run.start..run.start + 1, self.outline.controls[run.start], true);
-        changed.push(i);
         let mut last = i;
-        for k in run.start + 1..run.end {
-            self.push_full(k);
-            let own = self.pieces.len() - 1;
-            self.link(last, own);
-            changed.push(own);
-            last = own;
+        for k in run.clone() {
+            let mut control = self.outline.controls[k];
+            if !is_full {
+                control = Point::new((control.x * self.units).round() / self.units, (control.y * self.units).round() / self.units);
+            }
+            let piece = Piece { run: k..k + 1, control, is_full, beside: self.pieces[i].beside };
+            if k == run.start {
+                self.pieces[i] = piece;
+            } else {
+                self.pieces.push(piece);
+                self.link(last, self.pieces.len() - 1);
+                last = self.pieces.len() - 1;
+            }
+            changed.push(last);
         }
         self.link(last, behind);
     }
@@ -472,10 +502,8 @@ impl<'a> Simplifier<'a> {
         self.pieces[i].beside.contains(&i)
     }
 
-    /// The area under some pieces, each counted once.
     fn area_of_all(&self, pieces: &[usize]) -> f64 {
-        let once = pieces.iter().enumerate().filter(|(k, i)| !pieces[..*k].contains(i));
-        once.map(|(_, i)| self.area_of(*i)).sum()
+        pieces.iter().map(|i| self.area_of(*i)).sum()
     }
 
     /// Makes one of a piece and the one behind, if that strays nowhere; says whether it did.
@@ -484,44 +512,33 @@ impl<'a> Simplifier<'a> {
         let after = self.behind(behind);
         let run = self.pieces[i].run.start..self.pieces[behind].run.end;
         // Not over the begin of a closed outline, of which four are left.
+        let is_short = after == before || self.behind(after) == before;
         if behind == 0
-            || self.behind(after) == before
+            || is_short
             || run.len() > LONGEST_RUN
             || self.is_end(i)
             || self.is_end(behind)
-            || !self.is_parabola(&run, MERGED_GUESS)
+            || !self.is_parabola(&run, 1.0)
         {
             return false;
         }
-        let (far_before, far_after) = (self.before(before), self.behind(after));
-        let changed = [far_before, before, i, behind, after, far_after];
-        let old = changed.map(|k| self.pieces[k].clone());
-        let (surplus, points, area) = (self.surplus, self.points.len(), self.area_of_all(&changed));
-        let control = self.parabola(&run);
-        let piece = &mut self.pieces[i];
-        (piece.run, piece.control, piece.is_full) = (run, control, false);
+        let (old, surplus) = (self.pieces[i].clone(), self.surplus);
+        let area = self.area_of_all(&[before, i, behind, after]);
+        (self.pieces[i].run, self.pieces[i].is_full) = (run, false);
         self.link(i, after);
-        for k in [before, after] {
-            self.pieces[k].is_full = self.is_end(k);
-        }
-        let (moved, left) = ([before, i, after], [i, before, after, far_before, far_after]);
-        self.relax(&moved);
-        self.surplus = surplus + self.area_of_all(&left) - area;
-        self.keep_area(&moved);
-        self.surplus = surplus + self.area_of_all(&left) - area;
-        self.round(&moved);
+        let changed = [i, before, after];
+        self.relax(&[i]);
+        self.surplus = surplus + self.area_of_all(&changed) - area;
+        self.keep_area(&[i]);
+        self.surplus = surplus + self.area_of_all(&changed) - area;
+        self.round(&[i]);
         let is_kept = self.surplus.abs() <= surplus.abs().max(AREA_LEFT);
-        if is_kept && left.into_iter().all(|k| self.keeps_way(k)) {
-            left.into_iter().for_each(|k| self.flatten(k));
-            if left.into_iter().all(|k| self.keeps_near(k)) {
-                return true;
-            }
+        if is_kept && changed.into_iter().all(|k| self.keeps_way(k) && self.keeps_near(k)) {
+            return true;
         }
-        self.surplus = surplus;
-        self.points.truncate(points);
-        for (k, piece) in changed.into_iter().zip(old) {
-            self.pieces[k] = piece;
-        }
+        (self.pieces[i], self.surplus) = (old, surplus);
+        self.link(i, behind);
+        self.link(behind, after);
         false
     }
 
@@ -538,42 +555,6 @@ impl<'a> Simplifier<'a> {
 fn corners(p: Point, units: f64) -> [Point; 4] {
     let [x, y] = [p.x, p.y].map(|v| [(v * units).floor() / units, (v * units).ceil() / units]);
     std::array::from_fn(|k| Point::new(x[k % 2], y[k / 2]))
-}
-
-/// The largest number with a square root that is not above a distance: squares compare with it as roots do with the distance.
-fn square_within(distance: f64) -> f64 {
-    let mut square = distance * distance;
-    while square.sqrt() > distance {
-        square = square.next_down();
-    }
-    while square.next_up().sqrt() <= distance {
-        square = square.next_up();
-    }
-    square
-}
-
-/// Whether a point lies within a distance of a segment, of which the square is given: in the circle around one of its ends, or
-/// beside it. Nothing is divided, and no branch is taken: this is what fitting spends most of its time on.
-fn is_within(square: f64, p: Point, a: Point, b: Point) -> bool {
-    let (along, off) = (b - a, p - a);
-    let (length, place, aside) = (along.hypot2(), off.dot(along), off.cross(along));
-    let is_beside = (place > 0.0) & (place < length) & (aside * aside <= square * length);
-    is_beside | (off.hypot2() <= square) | ((p - b).hypot2() <= square)
-}
-
-/// Whether every point of one polyline lies within a distance of another, of which the square is given, both followed from begin to
-/// end.
-fn keeps_within(square: f64, polyline: &[Point], of: &[Point]) -> bool {
-    let mut segment = 0;
-    polyline.iter().all(|p| {
-        while segment + 1 < of.len() {
-            if is_within(square, *p, of[segment], of[segment + 1]) {
-                return true;
-            }
-            segment += 1;
-        }
-        false
-    })
 }
 
 #[cfg(test)]
