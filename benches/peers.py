@@ -1,14 +1,15 @@
 """Our command line beside stipplers and tracers that people use, in one run: `python benches/peers.py`.
 
-Peers are two stipplers of PyPI, inksep and stippler; a textbook weighted Voronoi stippling (Secord 2002), the evaluation's, on
-NumPy and our own search for the nearest site; and two tracers, which draw no tone: potrace and vtracer. What is missing is put
-into a folder of its own, out/peers, and never into the project's environment: from PyPI by pip, from Debian by unpacking a package.
-What cannot be had, fails or takes longer than the limit is named with its reason, and the rest goes on.
+Peers are two stipplers of PyPI, inksep and stippler; a textbook weighted Voronoi stippling (Secord 2002), the evaluation's, whose
+nearest dots are found by SciPy's k-d tree on all processors; and two tracers, which draw no tone: potrace and vtracer. What is
+missing is put into a folder of its own, out/peers, and never into the project's environment: from PyPI by pip, from Debian by
+unpacking a package. What cannot be had, fails or takes longer than the limit is named with its reason, and the rest goes on.
 
 Every run is a process of its own. Its seconds are those of the whole command, from its start to its end: start (of Python too,
-where the program is a Python one), decoding, drawing, writing an SVG file. Two things are done before: all read the same 8-bit grey
-photo, and potrace, which knows no grey, is given a bitmap, cut at Otsu's threshold. Programs take turns, so that what else the
-machine does meets all of them; one whose first run is slow has no second.
+where the program is a Python one), decoding, drawing, writing an SVG file. All read the same 8-bit grey photo. potrace knows no
+grey and is run twice: behind mkbitmap, which comes with it to make bitmaps of photos (given as PGM, since it reads no PNG), and
+alone, on a bitmap made before, cut at Otsu's threshold. Programs take turns, so that what else the machine does meets all of them;
+one whose first run is slow has no second.
 
 Stipplers make files with as many written coordinate pairs as our default drawing of the photo has. A circle is one pair; the
 dots of stippler are polygons of 16, so it has a sixteenth of the dots, which makes it faster.
@@ -20,22 +21,27 @@ import argparse
 import json
 import os
 import re
+import shlex
 import shutil
 import statistics
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import skimage.data
 from measured import Measured, measure
 from PIL import Image
+from scipy.spatial import KDTree
 
 import graphstipple as gs
 from graphstipple_eval.baselines import dots, programs, weighted_voronoi
+from graphstipple_eval.baselines.density import Density, draw_points
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "out" / "peers"
@@ -64,8 +70,8 @@ class Work:
 
     Parameters
     ----------
-    grey, bitmap : Path
-        8-bit grey PNG, and PBM.
+    grey, grey_map, bitmap : Path
+        8-bit grey PNG, the same as PGM, and PBM.
     svg : Path
         What is to be written.
     coordinates : int
@@ -73,6 +79,7 @@ class Work:
     """
 
     grey: Path
+    grey_map: Path
     bitmap: Path
     svg: Path
     coordinates: int
@@ -164,14 +171,14 @@ def find_peers(may_install: bool) -> list[Program]:
         except OSError:
             return False
 
-    potrace = shutil.which("potrace")
+    potrace, mkbitmap = shutil.which("potrace"), shutil.which("mkbitmap")
     missing_potrace = None
-    if potrace is None:
+    if potrace is None or mkbitmap is None:
         if may_install and not (unpacked / "bin" / "potrace").exists():
             missing_potrace = unpack_potrace()
             libraries = ":".join(str(path) for path in unpacked.glob("lib/*-linux-gnu"))
         if (unpacked / "bin" / "potrace").exists():
-            potrace = str(unpacked / "bin" / "potrace")
+            potrace, mkbitmap = (str(unpacked / "bin" / name) for name in ("potrace", "mkbitmap"))
         else:
             missing_potrace = missing_potrace or "potrace is not installed, and a smoke run installs nothing"
     by_env = ["env", f"LD_LIBRARY_PATH={libraries}"] if libraries else []
@@ -192,6 +199,11 @@ def find_peers(may_install: bool) -> list[Program]:
     def trace(work: Work) -> list[str]:
         return [*by_env, *programs.potrace_command(str(potrace), str(work.bitmap), str(work.svg))]
 
+    def make_bitmap_and_trace(work: Work) -> list[str]:
+        first = [str(mkbitmap), "--output", "-", str(work.grey_map)]
+        second = programs.potrace_command(str(potrace), "-", str(work.svg))
+        return [*by_env, "sh", "-c", f"{shlex.join(first)} | {shlex.join(second)}"]
+
     def vtracer(work: Work) -> list[str]:
         return [str(beside / "python"), "-c", VTRACER, str(work.grey), str(work.svg)]
 
@@ -199,6 +211,7 @@ def find_peers(may_install: bool) -> list[Program]:
         Program("inksep", "stippler", inksep, of_pypi("inksep", (beside / "inksep").exists)),
         Program("stippler", "stippler", stippler, of_pypi("stippler", (beside / "stippler").exists)),
         Program("textbook", "stippler", textbook),
+        Program("mkbitmap", "tracer", make_bitmap_and_trace, missing_potrace),
         Program("potrace", "tracer", trace, missing_potrace),
         Program("vtracer", "tracer", vtracer, of_pypi("vtracer", has_vtracer)),
     ]
@@ -218,11 +231,25 @@ def our_program() -> Program:
     return Program("graphstipple", "ours", lambda work: [str(binary), str(work.grey), "-o", str(work.svg), "--stats"])
 
 
+class TreeDensity(Density):
+    """The evaluation's density, but the nearest site of every sample is found in a k-d tree and not by us."""
+
+    def owners(self, sites: npt.NDArray[np.float64]) -> npt.NDArray[np.integer[Any]]:
+        """Return the number of the nearest of the sites, (n, 2), for every sample."""
+        rows, columns = np.mgrid[: self.height * self.samples_per_pixel, : self.width * self.samples_per_pixel]
+        samples = (np.stack([columns, rows], axis=-1) + 0.5) / self.samples_per_pixel
+        _, owners = KDTree(sites).query(samples, workers=-1)
+        return owners
+
+
 def write_textbook(grey: Path, drawn: Path, coordinates: int) -> None:
     """Stipple a photo to an SVG file by weighted Voronoi stippling."""
     tone = gs.stages.tone(grey)
-    placed, _ = weighted_voronoi.place(tone, coordinates)
     height, width = tone.shape
+    darkness = 1 - tone.astype(np.float64)
+    start = draw_points(np.sqrt(darkness), coordinates, np.random.default_rng(weighted_voronoi.SEED))
+    sites, _ = weighted_voronoi.relax(TreeDensity(darkness, coordinates), start)
+    placed = dots.equal_black_dots(sites, float(darkness.sum()))
     drawn.write_text(dots.svg(dots.circles(placed), width, height), "utf-8")
 
 
@@ -244,8 +271,9 @@ def photo(name: str) -> Image.Image:
 
 def prepare(image: Image.Image, folder: Path) -> Work:
     """Write a photo as the files that the programs read; the coordinates are not known yet."""
-    work = Work(folder / "grey.png", folder / "cut.pbm", folder / "drawn.svg", 0)
+    work = Work(folder / "grey.png", folder / "grey.pgm", folder / "cut.pbm", folder / "drawn.svg", 0)
     image.save(work.grey)
+    image.save(work.grey_map)
     white, _ = programs.otsu_bitmap(gs.stages.tone(work.grey))
     Image.fromarray(white).save(work.bitmap, "PPM")
     return work
@@ -301,7 +329,7 @@ def measure_photo(name: str, chosen: Sequence[Program], arguments: argparse.Name
                     if ours.failure is not None:
                         sys.exit(f"our own program failed on {name}: {ours.failure}")
                     coordinates = TINY_COORDINATES if name == TINY else ours.points
-                    work = Work(work.grey, work.bitmap, work.svg, coordinates)
+                    work = replace(work, coordinates=coordinates)
         print(file=sys.stderr)
     return rows
 

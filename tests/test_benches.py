@@ -27,7 +27,7 @@ def smoke_run(name: str) -> str:
 
 def test_peers_run() -> None:
     table = smoke_run("peers.py")
-    for name in ("graphstipple", "inksep", "stippler", "textbook", "potrace", "vtracer"):
+    for name in ("graphstipple", "inksep", "stippler", "textbook", "mkbitmap", "potrace", "vtracer"):
         assert f"\n{name} " in table
     assert "ours: times as long as potrace" in table
 

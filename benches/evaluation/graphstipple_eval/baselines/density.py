@@ -86,9 +86,13 @@ class Density:
         x = (np.arange(mass.shape[1]) + 0.5) / self.samples_per_pixel
         self._cumulated = [np.pad(np.cumsum(mass * x**power, axis=1), ((0, 0), (1, 0))) for power in range(3)]
 
+    def owners(self, sites: npt.NDArray[np.float64]) -> npt.NDArray[np.integer[Any]]:
+        """Return the number of the nearest of the sites, (n, 2), for every sample."""
+        return stages.owners(sites, self.width, self.height, self.samples_per_pixel)
+
     def runs(self, sites: npt.NDArray[np.float64]) -> Runs:
         """Return the samples by the nearest of the sites, (n, 2)."""
-        owners = stages.owners(sites, self.width, self.height, self.samples_per_pixel)
+        owners = self.owners(sites)
         is_first = np.ones(owners.shape, bool)
         np.not_equal(owners[:, 1:], owners[:, :-1], out=is_first[:, 1:])
         first = np.flatnonzero(is_first)
