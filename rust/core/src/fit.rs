@@ -51,12 +51,16 @@ pub(crate) const FINER_GRIDS: [f64; 4] = [1.0, 16.0, 256.0, 131_072.0];
 /// is enough for nodes a pixel apart. Without one they are a sixteenth of a pixel apart.
 pub(crate) fn units_per_pixel(tolerance: f64, nodes_per_pixel: f64) -> f64 {
     let least = if tolerance > 0.0 { (4.0 / tolerance).max(16.0) } else { 32.0 };
-    let spacing = (1.15 / nodes_per_pixel).sqrt();
     let mut units = 8.0;
-    while units < least || units * spacing < 8.0 {
+    while units < least || units * spacing(nodes_per_pixel) < 8.0 {
         units *= 2.0;
     }
     units
+}
+
+/// The distance between neighbours where so many nodes to a pixel lie evenly.
+fn spacing(nodes_per_pixel: f64) -> f64 {
+    (1.15 / nodes_per_pixel).sqrt()
 }
 
 /// A crossing edge: its black and its white node.
@@ -71,6 +75,8 @@ pub(crate) struct Fit {
     pub(crate) units: f64,
     /// The same without a tolerance, for the full outline.
     full_units: f64,
+    /// About how far nodes lie from each other, in pixels.
+    pub(crate) spacing: f64,
     frame: Frame,
 }
 
@@ -78,7 +84,7 @@ impl Fit {
     /// What chains are fitted with on a canvas with so many nodes to a pixel, at a tolerance in pixels.
     pub(crate) fn new(tolerance: f64, nodes_per_pixel: f64, frame: Frame) -> Self {
         let [units, full_units] = [tolerance, 0.0].map(|tolerance| units_per_pixel(tolerance, nodes_per_pixel));
-        Self { tolerance, units, full_units, frame }
+        Self { tolerance, units, full_units, spacing: spacing(nodes_per_pixel), frame }
     }
 
     /// The curve of the chain that crosses `edges` about in the points `crossings`, with black on its left. A small closed chain

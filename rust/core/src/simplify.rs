@@ -32,7 +32,10 @@ use crate::fit::{Fit, Sleeve, Spline};
 const LONGEST_RUN: usize = 16;
 
 /// The part of the tolerance that the parabola of a run may stray: the spline, whose pieces depend on those around, strays further.
-const FIRST_GUESS: f64 = 0.2;
+const FIRST_GUESS: f64 = 0.4;
+
+/// The most that it may stray, as a part of the distance between nodes: where parabolas stray further, splines leave their triangles.
+const FIRST_GUESS_OF_SPACING: f64 = 0.05;
 
 /// Rounds of placing control points by those beside them. Each leaves a ninth of what is missing.
 const ROUNDS: usize = 3;
@@ -68,6 +71,8 @@ struct Piece {
 /// A full outline that is made simpler.
 pub(crate) struct Simplifier<'a> {
     tolerance: f64,
+    /// How far the parabolas of the first runs may stray.
+    first_guess: f64,
     /// Units to a pixel of the grid of control points.
     units: f64,
     outline: &'a Spline,
@@ -96,6 +101,7 @@ impl<'a> Simplifier<'a> {
         let halves = pieces.clone().flat_map(|k| [outline.joints[k], outline.middle(k)]);
         Self {
             tolerance,
+            first_guess: (FIRST_GUESS * tolerance).min(FIRST_GUESS_OF_SPACING * fit.spacing),
             units: fit.units / 2.0,
             outline,
             sleeve,
@@ -185,8 +191,8 @@ impl<'a> Simplifier<'a> {
         middle + (middle - begin.midpoint(end))
     }
 
-    /// Whether the parabola of a run strays less than a part of the tolerance.
-    fn is_parabola(&self, run: &Range<usize>, part: f64) -> bool {
+    /// Whether the parabola of a run strays less than some pixels.
+    fn is_parabola(&self, run: &Range<usize>, limit: f64) -> bool {
         let halves = &self.halves_from(run.start)[..=2 * run.len()];
         let (begin, end) = (halves[0], halves[2 * run.len()]);
         let control = self.parabola(run);
@@ -194,7 +200,6 @@ impl<'a> Simplifier<'a> {
         if legs.iter().any(|leg| leg.dot(end - begin) <= 0.0) {
             return false;
         }
-        let limit = part * self.tolerance;
         let step = 1.0 / (2 * run.len()) as f64;
         halves.iter().enumerate().skip(1).all(|(h, half)| {
             let t = h as f64 * step;
@@ -218,7 +223,7 @@ impl<'a> Simplifier<'a> {
         while k < last {
             let mut length = 1;
             for longer in 2..=LONGEST_RUN.min(last - k).min(n / LEAST_CLOSED) {
-                if self.is_parabola(&(k..k + longer), FIRST_GUESS) {
+                if self.is_parabola(&(k..k + longer), self.first_guess) {
                     length = longer;
                 } else if longer > length + 1 {
                     break;
@@ -518,7 +523,7 @@ impl<'a> Simplifier<'a> {
             || run.len() > LONGEST_RUN
             || self.is_end(i)
             || self.is_end(behind)
-            || !self.is_parabola(&run, 1.0)
+            || !self.is_parabola(&run, self.tolerance)
         {
             return false;
         }
