@@ -32,7 +32,7 @@ use crate::fit::{Fit, Sleeve, Spline};
 const LONGEST_RUN: usize = 16;
 
 /// The part of the tolerance that the parabola of a run may stray: the spline, whose pieces depend on those around, strays further.
-const FIRST_GUESS: f64 = 0.4;
+const FIRST_GUESS: f64 = 0.25;
 
 /// The most that it may stray, as a part of the distance between nodes: where parabolas stray further, splines leave their triangles.
 const FIRST_GUESS_OF_SPACING: f64 = 0.05;
@@ -84,7 +84,7 @@ pub(crate) struct Simplifier<'a> {
     /// The second difference of both halves of every piece, as Bezier curves: a point of one, a part s of the way, lies s (1 - s) times
     /// this before that of a straight line.
     bends: Vec<Vec2>,
-    /// How many pieces there are before the first.
+    /// How many pieces there are in those before the first.
     ahead: usize,
     /// The area under the full outline, and how much the simpler one has more.
     area: f64,
