@@ -41,7 +41,7 @@ from scipy.spatial import KDTree
 
 import graphstipple as gs
 from graphstipple_eval.baselines import dots, programs, weighted_voronoi
-from graphstipple_eval.baselines.density import Density, draw_points
+from graphstipple_eval.baselines.density import Density
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "out" / "peers"
@@ -245,11 +245,8 @@ class TreeDensity(Density):
 def write_textbook(grey: Path, drawn: Path, coordinates: int) -> None:
     """Stipple a photo to an SVG file by weighted Voronoi stippling."""
     tone = gs.stages.tone(grey)
+    placed, _ = weighted_voronoi.place(tone, coordinates, density=TreeDensity)
     height, width = tone.shape
-    darkness = 1 - tone.astype(np.float64)
-    start = draw_points(np.sqrt(darkness), coordinates, np.random.default_rng(weighted_voronoi.SEED))
-    sites, _ = weighted_voronoi.relax(TreeDensity(darkness, coordinates), start)
-    placed = dots.equal_black_dots(sites, float(darkness.sum()))
     drawn.write_text(dots.svg(dots.circles(placed), width, height), "utf-8")
 
 

@@ -42,7 +42,7 @@ def relax(density: Density, sites: npt.NDArray[np.float64]) -> tuple[npt.NDArray
     return sites, steps
 
 
-def place(tone: npt.NDArray[np.float32], dots: int, power: int = 1) -> tuple[Dots, int]:
+def place(tone: npt.NDArray[np.float32], dots: int, power: int = 1, density: type[Density] = Density) -> tuple[Dots, int]:
     """Return the dots, and after how many steps.
 
     Parameters
@@ -53,6 +53,8 @@ def place(tone: npt.NDArray[np.float32], dots: int, power: int = 1) -> tuple[Dot
         How many.
     power : int
         The density is this power of the darkness.
+    density : type
+        What finds the cells in it.
     """
     count = check_dots(dots)
     height, width = tone.shape
@@ -60,7 +62,7 @@ def place(tone: npt.NDArray[np.float32], dots: int, power: int = 1) -> tuple[Dot
     sites, steps = np.empty((0, 2)), 0
     if darkness.any():
         start = draw_points(darkness ** (power / 2), count, np.random.default_rng(SEED))
-        sites, steps = relax(Density(darkness**power, count), keep_inside(start, width, height))
+        sites, steps = relax(density(darkness**power, count), keep_inside(start, width, height))
     return equal_black_dots(sites, float(darkness.sum())), steps
 
 
