@@ -10,8 +10,8 @@
 //! The pieces join inside triangles, and piece k runs from one triangle to the next across edge k. Every triangle is crossed by one
 //! chain alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
 //! two nodes, can touch no other chain. Every curve is walked along like that, with the rounded coordinates that are written to
-//! files: on both ways around it, or as it is flattened for regions and much finer. A piece that strays
-//! becomes a corner at the crossing, which cannot stray. (The paper's own splines have no such guarantee.)
+//! files: on both ways around it, or as it is flattened for regions and much finer. A piece that strays becomes a corner at the
+//! crossing, which cannot stray. (The paper's own splines have no such guarantee.)
 //!
 //! # Coordinates
 //! All points lie on a grid of a power of two to the pixel, so that files hold them exactly in few digits; where the grid is too
@@ -136,9 +136,13 @@ impl Fit {
     }
 
     fn snap(&self, p: Point, finer: f64) -> Point {
-        let units = self.units * finer;
-        Point::new((p.x * units).round() / units, (p.y * units).round() / units)
+        snap(p, self.units * finer)
     }
+}
+
+/// The point of a grid that is nearest to p.
+pub(crate) fn snap(p: Point, units: f64) -> Point {
+    Point::new((p.x * units).round() / units, (p.y * units).round() / units)
 }
 
 /// Twice the signed area of the triangle a, b, c: positive when c lies to the left of a to b (from +x towards +y).

@@ -26,7 +26,7 @@ use std::ops::Range;
 
 use kurbo::{ParamCurveArea, Point, QuadBez, Vec2};
 
-use crate::fit::{Fit, Sleeve, Spline};
+use crate::fit::{Fit, Sleeve, Spline, snap};
 
 /// The most pieces that one replaces: more hardly ever fit, and looking further costs time.
 const LONGEST_RUN: usize = 16;
@@ -480,10 +480,8 @@ impl<'a> Simplifier<'a> {
         let Piece { run, beside: [_, behind], .. } = self.pieces[i].clone();
         let mut last = i;
         for k in run.clone() {
-            let mut control = self.outline.controls[k];
-            if !is_full {
-                control = Point::new((control.x * self.units).round() / self.units, (control.y * self.units).round() / self.units);
-            }
+            let control = self.outline.controls[k];
+            let control = if is_full { control } else { snap(control, self.units) };
             let piece = Piece { run: k..k + 1, control, is_full, beside: self.pieces[i].beside };
             if k == run.start {
                 self.pieces[i] = piece;
