@@ -11,17 +11,21 @@ const SIZE: [usize; 2] = [1152, 864];
 
 const TINY_SIZE: [usize; 2] = [96, 72];
 
-/// How often every stage is called on one thread and on two, at least and at most: the median counts. In between, as often as
-/// [`SECONDS`] allow, since one call of a few milliseconds says little.
-const RUNS: [usize; 2] = [7, 99];
+/// How often one thread and two take turns with a stage. In a turn, a stage is called several times: a processor that has had
+/// nothing to do is given to a thread after some milliseconds only, so the first call of two threads may be one of one.
+const TURNS: usize = 3;
 
-/// Seconds for the calls of a stage on one thread.
-const SECONDS: f64 = 0.6;
+/// How often every stage is called in a turn, at least and at most: the median of all turns counts. In between, as often as
+/// [`SECONDS`] allow, since one call of a few milliseconds says little.
+const RUNS: [usize; 2] = [3, 33];
+
+/// Seconds for the calls of a stage on one thread in a turn.
+const SECONDS: f64 = 0.2;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let bare = after(&arguments, "--bare").is_some();
-    let (mut size, [least, most]) = if is_smoke_run() { (TINY_SIZE, [1; 2]) } else { (SIZE, RUNS) };
+    let (mut size, turns, [least, most]) = if is_smoke_run() { (TINY_SIZE, 1, [1; 2]) } else { (SIZE, TURNS, RUNS) };
     let once = after(&arguments, "--once");
     if let Some([width, height, ..]) = once {
         size = [width.parse()?, height.parse()?];
@@ -39,16 +43,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     if !bare {
-        println!("\n{}: medians of {least} to {most} calls on one thread and on two, in turn\n", prepared.summary());
+        println!("\n{}: medians of {turns} turns of {least} to {most} calls on one thread and on two\n", prepared.summary());
         println!("{:<24}{:>13}{:>13}{:>11}   its work is", "", "one, s", "two, s", "one / two");
     }
     for stage in prepared.stages().into_iter().chain([prepared.whole()]) {
         let first = pools[0].install(|| stage.time()).as_secs_f64();
         let runs = ((SECONDS / first) as usize).clamp(least, most);
         let mut seconds = [Vec::new(), Vec::new()];
-        for _ in 0..runs {
+        for _ in 0..turns {
             for (pool, seconds) in pools.iter().zip(&mut seconds) {
-                seconds.push(pool.install(|| stage.time()).as_secs_f64());
+                seconds.extend((0..runs).map(|_| pool.install(|| stage.time()).as_secs_f64()));
             }
         }
         let [one, two] = seconds.map(median);
