@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::graph::{Graph, cumulate};
-use crate::stripes::{Cut, Points, Rows, rows};
+use crate::tiles::{Cut, Points, Rows, rows};
 use crate::voronoi::check_sites;
 
 /// A side of the frame, in the order in which a ring with positive area runs along it.
@@ -87,7 +87,7 @@ impl Triangulation {
 /// [`Error::Input`] if there is no site, a site is not inside the canvas, or two sites coincide; [`Error::Cancelled`].
 ///
 /// # Runtime
-/// `n log n`, most of it spade's bulk load, of several stripes side by side where there are many sites (see [`crate::stripes`]).
+/// `n log n`, most of it spade's bulk load, of several tiles side by side where there are many sites (see [`crate::tiles`]).
 pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &Control) -> Result<Triangulation> {
     triangulate_in(sites, width, height, Cut::BEST, control)
 }
@@ -141,8 +141,11 @@ fn in_order(parts: &[Rows], offsets: &[u32], of: impl Fn(&Rows) -> &[u32] + Sync
         rest = others;
         pieces.push((nodes, piece));
     }
+    // Most tiles lie far from a piece.
+    let spans: Vec<Option<[u32; 2]>> = parts.iter().map(|part| Some([*part.nodes.first()?, *part.nodes.last()?])).collect();
     pieces.into_par_iter().for_each(|(nodes, piece)| {
-        for part in parts {
+        let overlaps = |[first, last]: [u32; 2]| (first as usize) < nodes.end && last as usize >= nodes.start;
+        for (part, _) in parts.iter().zip(&spans).filter(|(_, span)| span.is_some_and(overlaps)) {
             let [first, end] = [nodes.start, nodes.end].map(|node| part.nodes.partition_point(|other| (*other as usize) < node));
             let values = of(part);
             for k in first..end {
@@ -287,10 +290,10 @@ mod tests {
         assert_eq!(all.sizes.len(), 1, "the graph of a {width} x {height} canvas falls apart");
     }
 
-    /// Stripes of a few sites.
-    const THIN: Cut = Cut { sites: 8, rows: 1, halo: 1 };
+    /// Tiles of a few sites.
+    const SMALL: Cut = Cut { sites: 8, side: 1, halo: 1 };
 
-    const WHOLE: Cut = Cut { sites: usize::MAX / 2, ..THIN };
+    const WHOLE: Cut = Cut { sites: usize::MAX / 2, ..SMALL };
 
     /// No node lies in the circle of a triangle: the nodes beyond its edges are enough to know that.
     fn delaunay_check(t: &Triangulation) {
@@ -318,48 +321,48 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(192))]
         #[test]
-        fn stripes_give_what_one_mesh_gives(
+        fn tiles_give_what_one_mesh_gives(
             width in 1usize..40, height in 1usize..80,
             raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..300),
-            // Powers crowd the sites on one side; gaps leave stripes empty.
+            // Powers crowd the sites on one side; gaps leave tiles half empty.
             (power, gap) in (1.0f64..4.0, 0.0f64..0.9), sites in 4usize..60,
         ) {
             let raw: Vec<(f64, f64)> =
                 raw.iter().map(|(u, v)| (u.powf(power), if *v < 0.5 { v * (1.0 - gap) } else { 1.0 - (1.0 - v) * (1.0 - gap) })).collect();
             let placed = on_canvas(&raw, width as f64, height as f64, None);
-            let [striped, whole] = [Cut { sites, ..THIN }, WHOLE]
+            let [tiled, whole] = [Cut { sites, ..SMALL }, WHOLE]
                 .map(|cut| triangulate_in(placed.clone(), width, height, cut, &Control::new()).unwrap());
-            sanity_check(&striped, width, height);
-            prop_assert_eq!(striped, whole);
+            sanity_check(&tiled, width, height);
+            prop_assert_eq!(tiled, whole);
         }
 
         #[test]
-        fn stripes_agree_on_ties(
+        fn tiles_agree_on_ties(
             width in 1usize..20, height in 1usize..40,
             raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..400), grid in 0.5f64..3.0, sites in 4usize..60,
         ) {
             let placed = on_canvas(&raw, width as f64, height as f64, Some((2.0 * grid).round() / 2.0));
-            let t = triangulate_in(placed, width, height, Cut { sites, ..THIN }, &Control::new()).unwrap();
+            let t = triangulate_in(placed, width, height, Cut { sites, ..SMALL }, &Control::new()).unwrap();
             sanity_check(&t, width, height);
             delaunay_check(&t);
         }
     }
 
     #[test]
-    fn stripes_name_sites_that_coincide() {
+    fn tiles_name_sites_that_coincide() {
         let mut sites = Lattice::new(LatticeKind::Hexagonal, 20, 40, 1.0).unwrap().sites();
         sites.push(sites[333]);
-        let errors = [THIN, WHOLE].map(|cut| triangulate_in(sites.clone(), 20, 40, cut, &Control::new()).unwrap_err().to_string());
+        let errors = [SMALL, WHOLE].map(|cut| triangulate_in(sites.clone(), 20, 40, cut, &Control::new()).unwrap_err().to_string());
         assert!(errors[0].starts_with(&format!("sites 333 and {} are both at", sites.len() - 1)), "{}", errors[0]);
         assert_eq!(errors[0], errors[1]);
     }
 
     #[test]
-    fn stripes_do_not_depend_on_threads() {
+    fn tiles_do_not_depend_on_threads() {
         let lattice = Lattice::new(LatticeKind::Square, 30, 50, 1.0).unwrap();
         let of = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| triangulate_in(lattice.sites(), 30, 50, Cut { sites: 100, ..THIN }, &Control::new()).unwrap())
+            pool.install(|| triangulate_in(lattice.sites(), 30, 50, Cut { sites: 100, ..SMALL }, &Control::new()).unwrap())
         };
         let one = of(1);
         sanity_check(&one, 30, 50);

@@ -1,27 +1,27 @@
-//! Rows of the adjacency, read off Delaunay meshes of horizontal stripes that are made side by side.
+//! Rows of the adjacency, read off Delaunay meshes of tiles that are made side by side.
 //!
 //! # The idea
-//! A canvas with many sites is cut into stripes. Every stripe has a mesh of its own sites and of a *halo*, the points nearest to
-//! it above and below, and the rows of its own sites are read off it. Meshes are small, so they stay in the cache, and only those
+//! A canvas with many sites is cut into tiles. Every tile has a mesh of its own sites and of a *halo*, the points nearest to
+//! it all around, and the rows of its own sites are read off it. Meshes are small, so they stay in the cache, and only those
 //! being worked on are in memory.
 //!
 //! # Why the rows are those of one mesh of everything
-//! Call a triangle of a stripe's mesh *mixed* if it joins own sites to other points. If no mixed triangle has a point that the mesh
+//! Call a triangle of a tile's mesh *mixed* if it joins own sites to other points. If no mixed triangle has a point that the mesh
 //! lacks in or on its circumcircle, and no own site is on the mesh's hull, then no triangle at an own site has one:
 //! the triangles whose circles hold a new point are connected, edge to edge, and among them is the one that the point lies in. A
-//! new point never lies between own sites, as the mesh has all points of the stripe and of the rows next to it. So a way from
+//! new point never lies between own sites, as the mesh has all points of the tile, which is a rectangle. So a way from
 //! there to a triangle of own sites leads over a mixed one. Points found in the circles of mixed triangles are added to
 //! the mesh, until there are none.
 //!
 //! # Ties
-//! Four sites or more on one empty circle have several Delaunay triangulations, of which two stripes could choose different ones.
-//! Both see all of these sites; where they belong to several stripes, the triangles are those that fan out from the one with the
+//! Four sites or more on one empty circle have several Delaunay triangulations, of which two tiles could choose different ones.
+//! All see all of these sites; where they belong to several tiles, the triangles are those that fan out from the one with the
 //! lowest number.
 //!
-//! Stripes depend on the points alone, so the rows do not depend on the number of threads.
+//! Tiles depend on the points alone, so the rows do not depend on the number of threads.
 
 use std::collections::HashSet;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -32,31 +32,28 @@ use spade::{DelaunayTriangulation, HasPosition, InsertionError, Point2, Triangul
 use crate::control::Control;
 use crate::error::{Error, Result};
 
-/// How stripes are cut.
+/// How tiles are cut.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut {
-    /// How many sites a stripe has, about. Fewer make meshes that the cache holds and threads that end together, and more of them
-    /// in halos. With less than [`LEAST_STRIPES`] times as many there is one mesh.
+    /// How many sites a tile has at least, and fewer than twice as many. Fewer make meshes that the cache holds and threads that end
+    /// together, and more of them in halos.
     pub(crate) sites: usize,
-    /// How many rows of the grid a stripe has at least: the halos, three or four rows each, should not be most of its mesh.
-    pub(crate) rows: usize,
-    /// Points that a halo has in every column of the grid, on each side of the stripe. Fewer leave more to be added one by one, which
-    /// takes longer than loading them with the others.
+    /// How many rows and columns of the grid a tile has at least: its halo should not be most of its mesh.
+    pub(crate) side: usize,
+    /// Points that a halo has in every column of the grid above and below the tile, and in every row beside it. Fewer leave more to be
+    /// added one by one, which takes longer than loading them with the others.
     pub(crate) halo: usize,
 }
 
 impl Cut {
-    /// By measurements: half as many sites, or up to three times as many rows, take as long.
-    pub(crate) const BEST: Self = Self { sites: 1 << 14, rows: 16, halo: 3 };
+    /// By measurements from 0.25 to 16 megapixels: half to four times as many sites, or other halos, take as long to within 3 %.
+    pub(crate) const BEST: Self = Self { sites: 1 << 12, side: 16, halo: 3 };
 }
-
-/// Where ties are cut otherwise than in one mesh, a drawing of few nodes shows it most: those keep to one.
-const LEAST_STRIPES: usize = 2;
 
 /// Points in a cell of the grid, on average: halos are made of whole cells, and circles are searched by them.
 const POINTS_A_CELL: f64 = 2.0;
 
-/// A cell with more points than this makes searching its circles slow: sites are then too unevenly spread for stripes.
+/// A cell with more points than this makes searching its circles slow: sites are then too unevenly spread for tiles.
 const MOST_IN_A_CELL: u32 = 256;
 
 /// How many points are added for one circle at a time. The first ones nearly always destroy the triangle, and with it the circle.
@@ -101,11 +98,11 @@ pub(crate) struct Rows {
 /// # Errors
 /// [`Error::Cancelled`]; [`Error::Internal`] if spade refuses a position.
 pub(crate) fn rows(points: Points, frame: [f64; 2], cut: Cut, control: &Control) -> Result<Option<Vec<Rows>>> {
-    if points.sites.len() / LEAST_STRIPES >= cut.sites {
+    if points.sites.len() / 2 >= cut.sites {
         let grid = Grid::new(points, frame);
-        let stripes = grid.stripes(cut);
-        if stripes.len() > 1 && grid.most_in_a_cell() <= MOST_IN_A_CELL {
-            match rows_of_stripes(&grid, &stripes, cut.halo, control)? {
+        let tiles = grid.tiles(cut);
+        if tiles.len() > 1 && grid.most_in_a_cell() <= MOST_IN_A_CELL {
+            match rows_of_tiles(&grid, &tiles, cut.halo, control)? {
                 Found::Rows(rows) => return Ok(Some(rows)),
                 Found::Coincidence => return Ok(None),
                 Found::Unsure => {}
@@ -121,7 +118,7 @@ pub(crate) fn rows(points: Points, frame: [f64; 2], cut: Cut, control: &Control)
     Ok(Some(vec![mesh.rows(&Fans::default())]))
 }
 
-/// What came of one stripe, or of all.
+/// What came of one tile, or of all.
 enum Found<T> {
     Rows(T),
     /// Two points are in one place.
@@ -130,16 +127,16 @@ enum Found<T> {
     Unsure,
 }
 
-fn rows_of_stripes(grid: &Grid, stripes: &[Range<usize>], halo: usize, control: &Control) -> Result<Found<Vec<Rows>>> {
+fn rows_of_tiles(grid: &Grid, tiles: &[Tile], halo: usize, control: &Control) -> Result<Found<Vec<Rows>>> {
     let done = AtomicUsize::new(0);
-    let of_stripe = |stripe: &Range<usize>| {
+    let of_tile = |tile: &Tile| {
         control.check()?;
-        let found = Mesh::of_stripe(grid, stripe, halo)?;
+        let found = Mesh::of_tile(&Surroundings::new(grid, tile, halo))?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        control.report(0.9 * done as f32 / stripes.len() as f32)?;
+        control.report(0.9 * done as f32 / tiles.len() as f32)?;
         Ok(found)
     };
-    let found: Vec<Found<Rows>> = stripes.par_iter().map(of_stripe).collect::<Result<_>>()?;
+    let found: Vec<Found<Rows>> = tiles.par_iter().map(of_tile).collect::<Result<_>>()?;
     let mut all = Vec::with_capacity(found.len());
     let mut is_sure = true;
     for found in found {
@@ -207,38 +204,117 @@ impl<'a> Grid<'a> {
         &self.order[self.starts[first + columns.start] as usize..self.starts[first + columns.end] as usize]
     }
 
-    /// The rows of stripes, with about as many points each: an even number of them, so that two threads end together.
-    fn stripes(&self, cut: Cut) -> Vec<Range<usize>> {
-        let wanted = self.points.sites.len().div_ceil(cut.sites).next_multiple_of(2);
-        let before = |row: usize| self.starts[row * self.columns] as usize;
-        let mut stripes = Vec::new();
-        let mut start = 0;
-        for k in 1..wanted {
-            let end = (start..self.rows).find(|row| before(*row) >= self.points.len() * k / wanted).unwrap_or(self.rows);
-            if end - start >= cut.rows && self.rows - end >= cut.rows {
-                stripes.push(start..end);
-                start = end;
+    /// Tiles of all points, halved across the longer side for as long as the halves have the sites and the sides wanted.
+    fn tiles(&self, cut: Cut) -> Vec<Tile> {
+        let mut tiles = Vec::new();
+        let mut rest = vec![Tile { rows: 0..self.rows, columns: 0..self.columns }];
+        while let Some(tile) = rest.pop() {
+            match self.halved(&tile, cut) {
+                // The first half comes out first.
+                Some([first, second]) => rest.extend([second, first]),
+                None => tiles.push(tile),
             }
         }
-        stripes.push(start..self.rows);
-        stripes
+        tiles
     }
 
-    /// The rows around a stripe that its halo fills, in every column: at least one on each side.
-    fn halo(&self, stripe: &Range<usize>, least: usize) -> Vec<RangeInclusive<usize>> {
-        let filled = |column: usize| {
-            let mut found = 0;
-            move |row: &usize| {
-                found += self.points_in(*row, column..column + 1).len();
-                found >= least
-            }
+    fn halved(&self, tile: &Tile, cut: Cut) -> Option<[Tile; 2]> {
+        let Tile { rows, columns } = tile.clone();
+        let across_rows = rows.len() >= columns.len();
+        let lines = if across_rows { rows.clone() } else { columns.clone() };
+        let count = |line: usize| match across_rows {
+            true => self.points_in(line, columns.clone()).len(),
+            false => rows.clone().map(|row| self.points_in(row, line..line + 1).len()).sum(),
         };
-        let of_column = |column: usize| {
-            let above = (0..stripe.start).rev().find(filled(column)).unwrap_or(0);
-            let below = (stripe.end..self.rows).find(filled(column)).unwrap_or(self.rows - 1);
-            above..=below
+        let counts: Vec<usize> = lines.clone().map(count).collect();
+        let all: usize = counts.iter().sum();
+        let mut before = 0;
+        let half = counts.iter().position(|count| {
+            before += count;
+            2 * before >= all
+        })?;
+        let last = lines.len().checked_sub(cut.side).filter(|last| cut.side <= *last)?;
+        let at = (half + 1).clamp(cut.side, last);
+        let first: usize = counts[..at].iter().sum();
+        if first.min(all - first) < cut.sites {
+            return None;
+        }
+        let [first, second] = [lines.start..lines.start + at, lines.start + at..lines.end];
+        Some([first, second].map(|lines| match across_rows {
+            true => Tile { rows: lines, columns: columns.clone() },
+            false => Tile { rows: rows.clone(), columns: lines },
+        }))
+    }
+}
+
+/// A rectangle of cells of the grid.
+#[derive(Clone)]
+struct Tile {
+    rows: Range<usize>,
+    columns: Range<usize>,
+}
+
+/// A tile with the cells around it that its mesh has from the start: its halo.
+struct Surroundings<'a> {
+    grid: &'a Grid<'a>,
+    tile: Tile,
+    /// Of every row of the tile: the columns of the tile and of the halo on both sides of it.
+    beside: Vec<Range<usize>>,
+    /// The columns of the tile and some on both sides, for its corners.
+    columns: Range<usize>,
+    /// Of each of them: the rows of the tile and of the halo above and below it.
+    above_and_below: Vec<Range<usize>>,
+}
+
+/// Columns of the grid by which the halo above and below a tile is wider than that.
+const CORNER: usize = 2;
+
+impl<'a> Surroundings<'a> {
+    /// With at least `least` points on either side of every row and every column of the tile, as far as there are any.
+    fn new(grid: &'a Grid, tile: &Tile, least: usize) -> Self {
+        // The lines on both sides of some lines, up to the one that has the last of these points.
+        let around = |lines: &Range<usize>, count: usize, points: &dyn Fn(usize) -> usize| {
+            let filled = || {
+                let mut found = 0;
+                move |line: &usize| {
+                    found += points(*line);
+                    found >= least
+                }
+            };
+            let start = (0..lines.start).rev().find(filled()).unwrap_or(0);
+            let last = (lines.end..count).find(filled()).unwrap_or(count - 1);
+            start..last + 1
         };
-        (0..self.columns).map(of_column).collect()
+        let in_cell = |row: usize, column: usize| grid.points_in(row, column..column + 1).len();
+        let columns = tile.columns.start.saturating_sub(CORNER)..(tile.columns.end + CORNER).min(grid.columns);
+        let beside = tile.rows.clone().map(|row| around(&tile.columns, grid.columns, &|column| in_cell(row, column)));
+        let above_and_below = columns.clone().map(|column| around(&tile.rows, grid.rows, &|row| in_cell(row, column)));
+        Self { grid, tile: tile.clone(), beside: beside.collect(), above_and_below: above_and_below.collect(), columns }
+    }
+
+    /// The points of the tile's cells.
+    fn inside(&self) -> impl Iterator<Item = u32> {
+        self.tile.rows.clone().flat_map(|row| self.grid.points_in(row, self.tile.columns.clone())).copied()
+    }
+
+    /// The points of the halo.
+    fn halo(&self) -> impl Iterator<Item = u32> {
+        let Tile { rows, columns } = &self.tile;
+        let beside = rows.clone().zip(&self.beside).flat_map(|(row, beside)| {
+            [beside.start..columns.start, columns.end..beside.end].map(|columns| self.grid.points_in(row, columns))
+        });
+        let above_and_below = self.columns.clone().zip(&self.above_and_below).flat_map(move |(column, lines)| {
+            (lines.start..rows.start).chain(rows.end..lines.end).map(move |row| self.grid.points_in(row, column..column + 1))
+        });
+        beside.chain(above_and_below).flatten().copied()
+    }
+
+    /// Whether a cell is one of the tile or of its halo.
+    fn has(&self, row: usize, column: usize) -> bool {
+        if self.tile.rows.contains(&row) {
+            return self.beside[row - self.tile.rows.start].contains(&column);
+        }
+        self.columns.contains(&column) && self.above_and_below[column - self.columns.start].contains(&row)
     }
 }
 
@@ -334,26 +410,16 @@ impl<'a> Mesh<'a> {
         Ok(Some(Self { all, mesh, points, own: own_count, of_vertex }))
     }
 
-    /// Triangulates a stripe and reads its rows.
-    fn of_stripe(grid: &Grid<'a>, stripe: &Range<usize>, halo: usize) -> Result<Found<Rows>> {
-        let all = grid.points;
-        let halo = grid.halo(stripe, halo);
-        let (mut own, mut others) = (Vec::new(), Vec::new());
-        for row in stripe.clone() {
-            for point in grid.points_in(row, 0..grid.columns) {
-                if all.is_site(*point) { own.push(*point) } else { others.push(*point) }
-            }
-        }
+    /// Triangulates a tile and reads its rows.
+    fn of_tile(tile: &Surroundings<'a>) -> Result<Found<Rows>> {
+        let all = tile.grid.points;
+        let (mut own, mut others): (Vec<u32>, Vec<u32>) = tile.inside().partition(|point| all.is_site(*point));
         own.sort_unstable();
-        for (column, rows) in halo.iter().enumerate() {
-            for row in (*rows.start()..stripe.start).chain(stripe.end..rows.end() + 1) {
-                others.extend(grid.points_in(row, column..column + 1));
-            }
-        }
+        others.extend(tile.halo());
         let Some(mut mesh) = Self::new(all, own, others)? else {
             return Ok(Found::Coincidence);
         };
-        if !mesh.complete(grid, &halo)? {
+        if !mesh.complete(tile)? {
             return Ok(Found::Unsure);
         }
         if mesh.mesh.num_vertices() != mesh.points.len() {
@@ -363,7 +429,7 @@ impl<'a> Mesh<'a> {
     }
 
     /// Adds points until no triangle at an own site can miss one. False if a circle cannot be searched.
-    fn complete(&mut self, grid: &Grid, halo: &[RangeInclusive<usize>]) -> Result<bool> {
+    fn complete(&mut self, tile: &Surroundings) -> Result<bool> {
         let mut added = HashSet::new();
         let mut missing = Vec::new();
         if self.mesh.convex_hull().any(|edge| self.is_own(edge.from().fix())) {
@@ -378,7 +444,7 @@ impl<'a> Mesh<'a> {
         loop {
             missing.clear();
             for vertex in checked..self.mesh.num_vertices() {
-                if !self.missing_around(FixedVertexHandle::from_index(vertex), grid, halo, &mut added, &mut missing) {
+                if !self.missing_around(FixedVertexHandle::from_index(vertex), tile, &mut added, &mut missing) {
                     return Ok(false);
                 }
             }
@@ -410,8 +476,7 @@ impl<'a> Mesh<'a> {
     fn missing_around(
         &self,
         vertex: FixedVertexHandle,
-        grid: &Grid,
-        halo: &[RangeInclusive<usize>],
+        tile: &Surroundings,
         added: &mut HashSet<u32>,
         missing: &mut Vec<u32>,
     ) -> bool {
@@ -426,12 +491,10 @@ impl<'a> Mesh<'a> {
                 return false;
             };
             let Circle { center: [x, y], radius } = circle;
-            let rows = grid.row(y - radius)..=grid.row(y + radius);
+            let grid = tile.grid;
             let before = missing.len();
-            let columns = grid.column(x - radius)..grid.column(x + radius) + 1;
-            for (column, known) in columns.clone().zip(&halo[columns]) {
-                let unknown = (*rows.start()..*known.start()).chain((known.end() + 1).max(*rows.start())..rows.end() + 1);
-                for row in unknown.filter(|row| rows.contains(row)) {
+            for row in grid.row(y - radius)..=grid.row(y + radius) {
+                for column in (grid.column(x - radius)..=grid.column(x + radius)).filter(|column| !tile.has(row, *column)) {
                     for point in grid.points_in(row, column..column + 1) {
                         if missing.len() < before + ADDED_AT_ONCE && circle.holds(self.all.position(*point)) && added.insert(*point)
                         {
@@ -444,7 +507,7 @@ impl<'a> Mesh<'a> {
         true
     }
 
-    /// Polygons of four corners or more on a circle, own sites and sites of other stripes among them.
+    /// Polygons of four corners or more on a circle, own sites and sites of other tiles among them.
     fn shared_polygons(&self) -> Fans {
         let is_other_site = |index: u32| index as usize >= self.own && self.all.is_site(self.points[index as usize]);
         let mut polygons = Vec::new();
@@ -592,7 +655,7 @@ mod tests {
         let unit = |k: u64| mixed(k) as f64 / u64::MAX as f64;
         let sites: Vec<[f64; 2]> = (0..count).map(|k| place([1.0 + 38.0 * unit(2 * k), 1.0 + 38.0 * unit(2 * k + 1)])).collect();
         let guards = [[-90.0, -91.0], [130.0, -92.0], [131.0, 130.0], [-93.0, 132.0]];
-        let cut = Cut { sites: 100, rows: 4, halo: 1 };
+        let cut = Cut { sites: 100, side: 4, halo: 1 };
         rows(Points { sites: &sites, guards: &guards }, [40.0, 40.0], cut, &Control::new()).unwrap().unwrap().len()
     }
 
