@@ -7,6 +7,7 @@
 //! that of a [`crate::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -29,7 +30,7 @@ use crate::scan::diffuse_lattice;
 use crate::session::{Memory, Slot};
 use crate::split::split;
 use crate::tone;
-use crate::triangulation::{Triangulation, triangulate};
+use crate::triangulation::{Edges, Triangulation};
 use crate::voronoi::{TonedCells, lattice_means, relax, samples_per_pixel, toned_cells};
 
 /// A drawing, and what the stages made on the way to it. The large parts are shared with the session, if it was made in one.
@@ -302,14 +303,11 @@ fn second_graph_of(
         relax(sites, width, height, needs.second_graph.relax, samples(&needs.second_graph), control)
     })?;
     // The cells need the sites alone, so they are found beside the triangulation: neither waits at the serial parts of the other.
-    let (sites_of_cells, samples) = (sites.clone(), samples(&needs.cells));
-    let (triangulation, cells) = stages.run_both(
-        3,
-        4,
-        || triangulate(sites, width, height, control),
-        move || toned_cells(&sites_of_cells, &tone, samples, control),
-    )?;
-    Ok((memory.second_graph.put(&needs.second_graph, triangulation), memory.cells.put(&needs.cells, cells)))
+    // The tone is given back as soon as they have it.
+    let (of, samples) = (&sites, samples(&needs.cells));
+    let (edges, cells) =
+        stages.run_both(3, 4, || Edges::of(of, width, height, control), move || toned_cells(of, &tone, samples, control))?;
+    Ok((memory.second_graph.put(&needs.second_graph, edges.of_sites(sites)), memory.cells.put(&needs.cells, cells)))
 }
 
 /// The drawing with its provenance. A kept one may have been made with other options, of which no stage needed the difference.
@@ -335,16 +333,16 @@ pub fn first_graph(importance: &Field, options: &Options, control: &Control) -> 
 /// The nodes that the second graph starts from: those kept, and the nodes nearest to the corners of the canvas where those
 /// kept are fewer than three or in one line.
 pub fn kept_sites(first: &FirstGraph, width: f64, height: f64) -> Vec<[f64; 2]> {
-    let mut kept: Vec<usize> = (0..first.labels.len()).filter(|i| first.labels[*i] == 1).collect();
-    let site = |i: &usize| first.lattice.site(*i);
-    if all_in_line(kept.iter().map(site)) {
-        for [x, y] in [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]] {
-            kept.push(first.lattice.nearest(x, y));
-        }
-        kept.sort_unstable();
-        kept.dedup();
+    let kept = first.labels.iter().enumerate().filter(|(_, label)| **label == 1).map(|(node, _)| node);
+    let site = |node: usize| first.lattice.site(node);
+    if all_in_line(kept.clone().map(site)) {
+        let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
+        let with_corners: BTreeSet<usize> = kept.chain(corners.map(|[x, y]| first.lattice.nearest(x, y))).collect();
+        return with_corners.into_iter().map(site).collect();
     }
-    kept.iter().map(site).collect()
+    let mut sites = Vec::with_capacity(kept.clone().count());
+    sites.extend(kept.map(site));
+    sites
 }
 
 fn all_in_line(mut sites: impl Iterator<Item = [f64; 2]>) -> bool {

@@ -106,7 +106,7 @@ fn refine_in_blocks(
     let mut nodes: Vec<Node> = (0..labels.len()).into_par_iter().map(|i| Node::new(graph, tones, labels, parameters, i)).collect();
     for sweep in 0..parameters.sweeps {
         control.report(sweep as f32 / parameters.sweeps as f32)?;
-        let asking = Sweep { graph, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
+        let asking = Sweep { graph, cohesion: parameters.cohesion, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
         let changed: usize = (0..2).map(|parity| asking.ask_blocks(parity, size, labels, &mut nodes)).sum();
         let over = parameters.mean.filter(|_| total > 0.0).map_or(0.0, |(mean, tolerance)| {
             let off = white_area(labels) / total - mean;
@@ -141,10 +141,6 @@ struct Nearest {
 struct Node {
     /// What speaks for white, were no neighbour white, before the shift.
     alone: f64,
-    /// What every white neighbour adds.
-    per_white: f64,
-    /// In [-1, 1).
-    noise: f32,
     degree: u32,
     /// How many of its neighbours are white.
     white: u32,
@@ -156,23 +152,23 @@ impl Node {
         let row = graph.row(number);
         let own = crispness * (f64::from(tones[number]) - 0.5);
         let around: f64 = row.iter().map(|j| f64::from(tones[*j as usize])).sum();
-        let count = row.len().max(1) as f64;
         Self {
-            alone: own + (around - cohesion * 0.5 * row.len() as f64) / count,
-            per_white: (cohesion - 1.0) / count,
-            noise: noise(number as u64),
+            alone: own + (around - cohesion * 0.5 * row.len() as f64) / row.len().max(1) as f64,
             degree: row.len() as u32,
             white: row.iter().map(|j| u32::from(labels[*j as usize])).sum(),
         }
     }
 
-    /// The label for this shift, of a node that has `label`.
-    fn label(&self, label: u8, shift: f64, unevenness: f64) -> u8 {
-        let &Self { alone, per_white, noise, degree, white } = self;
+    /// The label in a sweep, of the node of this number that has `label`.
+    fn label(&self, number: usize, label: u8, sweep: &Sweep) -> u8 {
+        let &Self { alone, degree, white } = self;
         if degree > 0 && white == u32::from(1 - label) * degree {
             return label;
         }
-        u8::from(alone + per_white * f64::from(white) + shift + unevenness * f64::from(noise) > 0.0)
+        // What every white neighbour adds.
+        let per_white = (sweep.cohesion - 1.0) / f64::from(degree.max(1));
+        let uneven = sweep.unevenness * f64::from(noise(number as u64));
+        u8::from(alone + per_white * f64::from(white) + sweep.shift + uneven > 0.0)
     }
 
     /// A neighbour got another label.
@@ -184,6 +180,7 @@ impl Node {
 /// One sweep.
 struct Sweep<'a> {
     graph: &'a Graph,
+    cohesion: f64,
     shift: f64,
     /// By how much more or less single nodes are shifted.
     unevenness: f64,
@@ -204,7 +201,7 @@ impl Sweep<'_> {
     fn ask_block(&self, first: usize, labels: &mut [u8], nodes: &mut [Node]) -> Changed {
         let mut changed = Changed::default();
         for i in 0..labels.len() {
-            let label = nodes[i].label(labels[i], self.shift, self.unevenness);
+            let label = nodes[i].label(first + i, labels[i], self);
             if label == labels[i] {
                 continue;
             }

@@ -89,32 +89,51 @@ impl Triangulation {
 /// # Runtime
 /// `n log n`, most of it spade's bulk load, of several tiles side by side where there are many sites (see [`crate::tiles`]).
 pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &Control) -> Result<Triangulation> {
-    triangulate_in(sites, width, height, Cut::BEST, control)
+    Ok(Edges::of(&sites, width, height, control)?.of_sites(sites))
 }
 
-fn triangulate_in(sites: Vec<[f64; 2]>, width: usize, height: usize, cut: Cut, control: &Control) -> Result<Triangulation> {
-    check_sites(&sites, width, height)?;
-    let frame = [width as f64, height as f64];
-    let (guards, sides): (Vec<[f64; 2]>, Vec<Side>) =
-        guards(&sites, frame[0], frame[1]).into_iter().map(|guard| (guard.position, guard.side)).unzip();
-    control.check()?;
-    let Some(mut parts) = rows(Points { sites: &sites, guards: &guards }, frame, cut, control)? else {
-        return Err(coincidence(&sites));
-    };
-    let beside = |point: u32| match (point as usize).checked_sub(sites.len()) {
-        None => point,
-        Some(guard) => FRAME + sides[guard] as u32,
-    };
-    parts.par_iter_mut().for_each(|part| part.left.iter_mut().for_each(|point| *point = beside(*point)));
-    let (offsets, neighbors, left) = joined(parts, sites.len());
-    Ok(Triangulation { graph: Arc::new(Graph { sites, offsets, neighbors }), left })
+/// A [`Triangulation`] without its sites, for those who need these meanwhile.
+pub(crate) struct Edges {
+    offsets: Vec<u32>,
+    neighbors: Vec<u32>,
+    left: Vec<u32>,
 }
 
-/// Offsets, neighbours and what is left of them, in the order of the nodes. What the parts hold is given back one by the other.
-fn joined(mut parts: Vec<Rows>, count: usize) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+impl Edges {
+    /// As [`triangulate`].
+    pub(crate) fn of(sites: &[[f64; 2]], width: usize, height: usize, control: &Control) -> Result<Self> {
+        Self::cut(sites, width, height, Cut::BEST, control)
+    }
+
+    fn cut(sites: &[[f64; 2]], width: usize, height: usize, cut: Cut, control: &Control) -> Result<Self> {
+        check_sites(sites, width, height)?;
+        let frame = [width as f64, height as f64];
+        let (guards, sides): (Vec<[f64; 2]>, Vec<Side>) =
+            guards(sites, frame[0], frame[1]).into_iter().map(|guard| (guard.position, guard.side)).unzip();
+        control.check()?;
+        let Some(mut parts) = rows(Points { sites, guards: &guards }, frame, cut, control)? else {
+            return Err(coincidence(sites));
+        };
+        let beside = |point: u32| match (point as usize).checked_sub(sites.len()) {
+            None => point,
+            Some(guard) => FRAME + sides[guard] as u32,
+        };
+        parts.par_iter_mut().for_each(|part| part.left.iter_mut().for_each(|point| *point = beside(*point)));
+        Ok(joined(parts, sites.len()))
+    }
+
+    /// The triangulation, with the sites that these are the edges of.
+    pub(crate) fn of_sites(self, sites: Vec<[f64; 2]>) -> Triangulation {
+        let Self { offsets, neighbors, left } = self;
+        Triangulation { graph: Arc::new(Graph { sites, offsets, neighbors }), left }
+    }
+}
+
+/// All rows in the order of the nodes. What the parts hold is given back one by the other.
+fn joined(mut parts: Vec<Rows>, count: usize) -> Edges {
     if parts.len() == 1 {
         let Rows { starts, neighbors, left, .. } = parts.remove(0);
-        return (starts, neighbors, left);
+        return Edges { offsets: starts, neighbors, left };
     }
     let mut offsets = vec![0u32; count + 1];
     for part in &parts {
@@ -126,7 +145,7 @@ fn joined(mut parts: Vec<Rows>, count: usize) -> (Vec<u32>, Vec<u32>, Vec<u32>) 
     let neighbors = in_order(&parts, &offsets, |part| &part.neighbors);
     parts.iter_mut().for_each(|part| part.neighbors = Vec::new());
     let left = in_order(&parts, &offsets, |part| &part.left);
-    (offsets, neighbors, left)
+    Edges { offsets, neighbors, left }
 }
 
 /// One number for every entry of all rows, in the order of the nodes.
@@ -307,6 +326,10 @@ mod tests {
         }
     }
 
+    fn triangulate_in(sites: Vec<[f64; 2]>, width: usize, height: usize, cut: Cut) -> Result<Triangulation> {
+        Ok(Edges::cut(&sites, width, height, cut, &Control::new())?.of_sites(sites))
+    }
+
     /// Sites in (0, 1) x (0, 1), put on a canvas without two in one place, in an order that has nothing to do with theirs.
     fn on_canvas(raw: &[(f64, f64)], w: f64, h: f64, grid: Option<f64>) -> Vec<[f64; 2]> {
         let snapped = |c: f64| grid.map_or(c, |grid| (c * grid).round() / grid);
@@ -331,7 +354,7 @@ mod tests {
                 raw.iter().map(|(u, v)| (u.powf(power), if *v < 0.5 { v * (1.0 - gap) } else { 1.0 - (1.0 - v) * (1.0 - gap) })).collect();
             let placed = on_canvas(&raw, width as f64, height as f64, None);
             let [tiled, whole] = [Cut { sites, ..SMALL }, WHOLE]
-                .map(|cut| triangulate_in(placed.clone(), width, height, cut, &Control::new()).unwrap());
+                .map(|cut| triangulate_in(placed.clone(), width, height, cut).unwrap());
             sanity_check(&tiled, width, height);
             prop_assert_eq!(tiled, whole);
         }
@@ -342,7 +365,7 @@ mod tests {
             raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..400), grid in 0.5f64..3.0, sites in 4usize..60,
         ) {
             let placed = on_canvas(&raw, width as f64, height as f64, Some((2.0 * grid).round() / 2.0));
-            let t = triangulate_in(placed, width, height, Cut { sites, ..SMALL }, &Control::new()).unwrap();
+            let t = triangulate_in(placed, width, height, Cut { sites, ..SMALL }).unwrap();
             sanity_check(&t, width, height);
             delaunay_check(&t);
         }
@@ -352,7 +375,7 @@ mod tests {
     fn tiles_name_sites_that_coincide() {
         let mut sites = Lattice::new(LatticeKind::Hexagonal, 20, 40, 1.0).unwrap().sites();
         sites.push(sites[333]);
-        let errors = [SMALL, WHOLE].map(|cut| triangulate_in(sites.clone(), 20, 40, cut, &Control::new()).unwrap_err().to_string());
+        let errors = [SMALL, WHOLE].map(|cut| triangulate_in(sites.clone(), 20, 40, cut).unwrap_err().to_string());
         assert!(errors[0].starts_with(&format!("sites 333 and {} are both at", sites.len() - 1)), "{}", errors[0]);
         assert_eq!(errors[0], errors[1]);
     }
@@ -362,7 +385,7 @@ mod tests {
         let lattice = Lattice::new(LatticeKind::Square, 30, 50, 1.0).unwrap();
         let of = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| triangulate_in(lattice.sites(), 30, 50, Cut { sites: 100, ..SMALL }, &Control::new()).unwrap())
+            pool.install(|| triangulate_in(lattice.sites(), 30, 50, Cut { sites: 100, ..SMALL }).unwrap())
         };
         let one = of(1);
         sanity_check(&one, 30, 50);
