@@ -35,7 +35,7 @@ const LONGEST_RUN: usize = 16;
 const FIRST_GUESS: f64 = 0.25;
 
 /// The most that it may stray, as a part of the distance between nodes: where parabolas stray further, splines leave their triangles.
-const FIRST_GUESS_OF_SPACING: f64 = 0.05;
+const FIRST_GUESS_OF_SPACING: f64 = 0.06;
 
 /// Rounds of placing control points by those beside them. Each leaves a ninth of what is missing.
 const ROUNDS: usize = 3;
