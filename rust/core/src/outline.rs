@@ -139,14 +139,14 @@ pub fn outline(
         check_one_a_node(what, length, count)?;
     }
     check_labels(labels)?;
-    if let Some(i) = cell_areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {
+    if let Some(i) = cell_areas.par_iter().position_first(|area| !(*area >= 0.0 && area.is_finite())) {
         return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
     }
     if let Some((i, tone)) = tones.unwrap_or_default().iter().enumerate().find(|(_, tone)| !tone.is_finite()) {
         return Err(Error::Input(format!("the tone of node {i} is {tone}, but it must be finite")));
     }
     let frame = Frame { width: width as f64, height: height as f64 };
-    let part = count.div_ceil(rayon::current_num_threads()).max(LEAST_PART);
+    let part = count.div_ceil(PARTS_A_THREAD * rayon::current_num_threads()).max(LEAST_PART);
     let chains = trace(triangulation, labels, components, part)?;
     control.report(0.3)?;
 
@@ -302,6 +302,9 @@ fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components, 
 
 /// Nodes of a part at least.
 const LEAST_PART: usize = 1 << 14;
+
+/// Some parts have more boundaries than others: with several each, threads end together.
+const PARTS_A_THREAD: usize = 4;
 
 /// Finds the chains that begin in one part of the nodes.
 struct Tracer<'a> {
