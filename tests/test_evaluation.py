@@ -589,18 +589,18 @@ def test_the_report_says_which_photos_are_smaller_than_a_size(two: list[PhotoFil
 @pytest.mark.usefixtures("recorder")
 def test_the_report_says_whether_sweeps_are_brought_to_the_budget(two: list[PhotoFile], tmp_path: Path) -> None:
     sweeps = (Sweep("relax", (0,)), Sweep("nodes", (500,)))
-    for budget in (700, "marks"):
+    for budget in (600, "marks"):
         selection = Selection(("plain",), sweeps, parse_budget(str(budget)))
         outcome = run.run(two, selection, tmp_path / "out", Inline(), lambda *_: None)
         report.write(tmp_path / "out", two, selection, outcome)
         index, protocol = words(tmp_path / "out" / "index.html"), words(tmp_path / "out" / "protocol.html")
-        is_fixed = budget == 700
-        assert ("other values of relax, brought to 700 coordinates; means" in index) == is_fixed
+        is_fixed = budget == 600
+        assert ("other values of relax, brought to 600 coordinates; means" in index) == is_fixed
         assert ("other values of nodes, not brought to the budget, because" in index) == is_fixed
         assert ("other values of relax; means" in index) != is_fixed
         assert ("those of sweeps among them" in protocol) == is_fixed
         written = {result.method: result.counts["coordinates"] for result in outcome.results if result.photo == "camera"}
-        assert (written["relax=0"] == pytest.approx(700, rel=ours.COORDINATES_TOLERANCE)) == is_fixed
+        assert (written["relax=0"] == pytest.approx(600, rel=ours.COORDINATES_TOLERANCE)) == is_fixed
 
 
 # Tables

@@ -142,8 +142,9 @@ pub fn outline(
     if let Some(i) = cell_areas.par_iter().position_first(|area| !(*area >= 0.0 && area.is_finite())) {
         return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
     }
-    if let Some((i, tone)) = tones.unwrap_or_default().iter().enumerate().find(|(_, tone)| !tone.is_finite()) {
-        return Err(Error::Input(format!("the tone of node {i} is {tone}, but it must be finite")));
+    let given = tones.unwrap_or_default();
+    if let Some(i) = given.par_iter().position_first(|tone| !tone.is_finite()) {
+        return Err(Error::Input(format!("the tone of node {i} is {}, but it must be finite", given[i])));
     }
     let frame = Frame { width: width as f64, height: height as f64 };
     let part = count.div_ceil(PARTS_A_THREAD * rayon::current_num_threads()).max(LEAST_PART);

@@ -307,7 +307,7 @@ fn second_graph_of(
     let (of, samples) = (&sites, samples(&needs.cells));
     let (edges, cells) =
         stages.run_both(3, 4, || Edges::of(of, width, height, control), move || toned_cells(of, &tone, samples, control))?;
-    Ok((memory.second_graph.put(&needs.second_graph, edges.of_sites(sites)), memory.cells.put(&needs.cells, cells)))
+    Ok((memory.second_graph.put(&needs.second_graph, edges.with_sites(sites)), memory.cells.put(&needs.cells, cells)))
 }
 
 /// The drawing with its provenance. A kept one may have been made with other options, of which no stage needed the difference.

@@ -35,8 +35,8 @@ use crate::error::{Error, Result};
 /// How tiles are cut.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut {
-    /// How many sites a tile has at least, and fewer than twice as many. Fewer make meshes that the cache holds and threads that end
-    /// together, and more of them in halos.
+    /// How many points a tile has at least; it is halved if both halves have them. Fewer make meshes that the cache holds and threads
+    /// that end together, and more of them in halos.
     pub(crate) sites: usize,
     /// How many rows and columns of the grid a tile has at least: its halo should not be most of its mesh.
     pub(crate) side: usize,
@@ -204,7 +204,7 @@ impl<'a> Grid<'a> {
         &self.order[self.starts[first + columns.start] as usize..self.starts[first + columns.end] as usize]
     }
 
-    /// Tiles of all points, halved across the longer side for as long as the halves have the sites and the sides wanted.
+    /// Tiles of all points, halved across the longer side for as long as the halves have the points and the sides wanted.
     fn tiles(&self, cut: Cut) -> Vec<Tile> {
         let mut tiles = Vec::new();
         let mut rest = vec![Tile { rows: 0..self.rows, columns: 0..self.columns }];
@@ -218,6 +218,7 @@ impl<'a> Grid<'a> {
         tiles
     }
 
+    /// Both halves of a tile, with about as many points each; none if one would be too small.
     fn halved(&self, tile: &Tile, cut: Cut) -> Option<[Tile; 2]> {
         let Tile { rows, columns } = tile.clone();
         let across_rows = rows.len() >= columns.len();

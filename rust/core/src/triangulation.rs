@@ -89,7 +89,7 @@ impl Triangulation {
 /// # Runtime
 /// `n log n`, most of it spade's bulk load, of several tiles side by side where there are many sites (see [`crate::tiles`]).
 pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &Control) -> Result<Triangulation> {
-    Ok(Edges::of(&sites, width, height, control)?.of_sites(sites))
+    Ok(Edges::of(&sites, width, height, control)?.with_sites(sites))
 }
 
 /// A [`Triangulation`] without its sites, for those who need these meanwhile.
@@ -123,7 +123,7 @@ impl Edges {
     }
 
     /// The triangulation, with the sites that these are the edges of.
-    pub(crate) fn of_sites(self, sites: Vec<[f64; 2]>) -> Triangulation {
+    pub(crate) fn with_sites(self, sites: Vec<[f64; 2]>) -> Triangulation {
         let Self { offsets, neighbors, left } = self;
         Triangulation { graph: Arc::new(Graph { sites, offsets, neighbors }), left }
     }
@@ -327,7 +327,7 @@ mod tests {
     }
 
     fn triangulate_in(sites: Vec<[f64; 2]>, width: usize, height: usize, cut: Cut) -> Result<Triangulation> {
-        Ok(Edges::cut(&sites, width, height, cut, &Control::new())?.of_sites(sites))
+        Ok(Edges::cut(&sites, width, height, cut, &Control::new())?.with_sites(sites))
     }
 
     /// Sites in (0, 1) x (0, 1), put on a canvas without two in one place, in an order that has nothing to do with theirs.
