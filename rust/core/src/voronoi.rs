@@ -90,9 +90,10 @@ pub fn toned_cells(sites: &[[f64; 2]], field: &Field, samples_per_pixel: usize, 
         counts[site as usize] += part.count;
         values[site as usize] += part.values;
     })?;
-    let means = values.iter().zip(&counts).zip(sites).map(|((sum, count), site)| mean_of(*sum, *count, *site, field)).collect();
+    let mean = |((sum, count), site): ((&f64, &u32), &[f64; 2])| mean_of(*sum, *count, *site, field);
+    let means = values.par_iter().zip(&counts).zip(sites).map(mean).collect();
     drop(values);
-    Ok(TonedCells { areas: counts.iter().map(|count| area_of(*count, samples_per_pixel)).collect(), means })
+    Ok(TonedCells { areas: counts.par_iter().map(|count| area_of(*count, samples_per_pixel)).collect(), means })
 }
 
 /// The mean of the field over every lattice cell, the nearest node being known in closed form.
@@ -312,11 +313,11 @@ fn mean_of(sum: f64, count: u32, [x, y]: [f64; 2], field: &Field) -> f32 {
 }
 
 fn finish(sums: &[Sums], sites: &[[f64; 2]], samples_per_pixel: usize, field: Option<&Field>) -> Cells {
-    let both = || sums.iter().zip(sites);
+    let both = || sums.par_iter().zip(sites);
     let centroid = |(s, site): (&Sums, &[f64; 2])| centroid_of([s.columns, s.rows], s.count, *site, samples_per_pixel);
     Cells {
-        counts: sums.iter().map(|s| s.count).collect(),
-        areas: sums.iter().map(|s| area_of(s.count, samples_per_pixel)).collect(),
+        counts: sums.par_iter().map(|s| s.count).collect(),
+        areas: sums.par_iter().map(|s| area_of(s.count, samples_per_pixel)).collect(),
         centroids: both().map(centroid).collect(),
         means: field.map_or_else(Vec::new, |field| both().map(|(s, site)| mean_of(s.values, s.count, *site, field)).collect()),
     }
