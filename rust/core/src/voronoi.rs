@@ -153,8 +153,7 @@ pub fn owners(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel
     canvas.for_each_tile(
         control,
         |_, area| OwnersOf::new(area),
-        |_, tile| tile,
-        |tile| {
+        |_, tile| {
             for (row, line) in (tile.area.y.0..tile.area.y.1).zip(tile.owners.chunks_exact(tile.area.width())) {
                 owners[row * stride + tile.area.x.0..][..line.len()].copy_from_slice(line);
             }
@@ -212,7 +211,8 @@ const TILE: usize = 128;
 /// Pairs of lattice rows whose means one thread computes at once.
 const BAND: usize = 16;
 
-/// Tiles between two looks at the cancellation flag; their sums are in memory at once.
+/// Tiles between two looks at the cancellation flag. Sums of twice as many are in memory at once: of those that are put together,
+/// and of those that are made meanwhile.
 const TILES_AT_ONCE: usize = 128;
 
 /// Side of the boxes, in samples, in which blocks are looked at one by one if they are crowded.
@@ -695,12 +695,12 @@ impl<'a> SumsOf<'a> {
         self.field.map(|field| &field.values()[row / self.samples_per_pixel * field.width()..][..field.width()])
     }
 
-    /// All sums, each with its site, in an order of their own.
-    fn parts(self, bins: &Bins) -> Vec<(u32, Sums)> {
-        let mut parts = self.others;
-        for (row, [begin, first]) in self.rows.iter().enumerate() {
-            let end = self.rows.get(row + 1).map_or(self.positions.len(), |next| next[1]);
-            for slot in *first..end {
+    /// Hands over all sums, each with its site, in an order of their own.
+    fn parts(&self, bins: &Bins, mut take: impl FnMut(u32, &Sums)) {
+        self.others.iter().for_each(|(site, part)| take(*site, part));
+        let ends = self.rows[1..].iter().map(|next| next[1]).chain([self.positions.len()]);
+        for ([begin, first], end) in self.rows.iter().zip(ends) {
+            for (slot, site) in (*first..end).zip(&bins.order[*begin..]) {
                 let packed = self.positions[slot];
                 let count = packed as u16;
                 if count > 0 {
@@ -711,11 +711,10 @@ impl<'a> SumsOf<'a> {
                         rows: rows + u64::from(count) * self.area.y.0 as u64,
                         values: self.values.get(slot).copied().unwrap_or(0.0),
                     };
-                    parts.push((bins.order[begin + slot - first], sums));
+                    take(*site, &sums);
                 }
             }
         }
-        parts
     }
 }
 
@@ -934,23 +933,21 @@ struct Samples<'a> {
 
 impl Samples<'_> {
     /// Hands over the sums of all cells, part by part: always the same parts in the same order.
-    fn add_up(self, field: Option<&Field>, control: &Control, mut take: impl FnMut(u32, &Sums)) -> Result<()> {
+    fn add_up(self, field: Option<&Field>, control: &Control, mut take: impl FnMut(u32, &Sums) + Send) -> Result<()> {
         let pixel_of: Vec<u32> = (0..self.width * self.per_pixel).map(|column| (column / self.per_pixel) as u32).collect();
         self.for_each_tile(
             control,
             |bins, area| SumsOf::new(bins, area, field, &pixel_of),
-            |bins, sums: SumsOf| sums.parts(bins),
-            |parts| parts.iter().for_each(|(site, part)| take(*site, part)),
+            |bins, sums: SumsOf| sums.parts(bins, &mut take),
         )
     }
 
-    /// Finds the owners tile by tile, several tiles at once, and hands over what `close` makes of each, in a fixed order.
-    fn for_each_tile<S: Sink, T: Send>(
+    /// Finds the owners tile by tile, several tiles at once, and hands over what it has made of each, in a fixed order.
+    fn for_each_tile<S: Sink + Send>(
         self,
         control: &Control,
         open: impl Fn(&Bins, Box2) -> S + Sync,
-        close: impl Fn(&Bins, S) -> T + Sync,
-        mut take: impl FnMut(T),
+        mut take: impl FnMut(&Bins, S) + Send,
     ) -> Result<()> {
         let canvas = Box2 { x: (0, self.width * self.per_pixel), y: (0, self.height * self.per_pixel) };
         let bins = Bins::new(self.sites, canvas, self.per_pixel);
@@ -959,16 +956,19 @@ impl Samples<'_> {
             let candidates: Option<Vec<Candidate>> = list.map(|list| lists.stack[list].to_vec());
             tasks.extend(area.split(TILE).map(|area| Task { area, candidates: candidates.clone() }));
         });
+        let run = |block: &mut Block, task: &Task| {
+            let mut sink = open(&bins, task.area);
+            task.run(&bins, block, &mut sink);
+            sink
+        };
+        // While what was made of some tiles is taken, the next are looked at.
+        let mut made: Vec<S> = Vec::new();
         for batch in tasks.chunks(TILES_AT_ONCE) {
             control.check()?;
-            let run = |block: &mut Block, task: &Task| {
-                let mut sink = open(&bins, task.area);
-                task.run(&bins, block, &mut sink);
-                close(&bins, sink)
-            };
-            let made: Vec<T> = batch.par_iter().map_init(Block::new, run).collect();
-            made.into_iter().for_each(&mut take);
+            let take_all = || made.into_iter().for_each(|sink| take(&bins, sink));
+            (_, made) = rayon::join(take_all, || batch.par_iter().map_init(Block::new, run).collect());
         }
+        made.into_iter().for_each(|sink| take(&bins, sink));
         Ok(())
     }
 }
