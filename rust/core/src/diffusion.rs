@@ -34,7 +34,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::graph::{Adjacency, check_one_a_node};
+use crate::graph::{Adjacency, check_one_a_node, first_refused};
 use crate::noise::noise;
 use crate::params::{Alpha, Options, Order};
 
@@ -126,12 +126,12 @@ pub fn diffuse(
 /// [`Error::Input`] if there is not one finite value, and one area of at least 0, a node.
 pub(crate) fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
     check_one_a_node("values", values.len(), graph.len())?;
-    if let Some(i) = values.par_iter().position_first(|v| !v.is_finite()) {
+    if let Some(i) = first_refused(values, |v| v.is_finite()) {
         return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
     }
     if let Some(areas) = areas {
         check_one_a_node("areas", areas.len(), graph.len())?;
-        if let Some(i) = areas.par_iter().position_first(|area| !(*area >= 0.0 && area.is_finite())) {
+        if let Some(i) = first_refused(areas, |area| *area >= 0.0 && area.is_finite()) {
             return Err(Error::Input(format!("the area of node {i} is {}, but it must be at least 0 px^2", areas[i])));
         }
     }

@@ -3,6 +3,8 @@
 //! Adjacency is in compressed sparse rows: the neighbours of node `i` are `neighbors[offsets[i]..offsets[i + 1]]`. Every edge
 //! stands in both rows. What this module does not do: build one (see [`crate::lattice`] and [`crate::triangulation`]).
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 /// Whom a node's error, mean or component can reach.
@@ -104,11 +106,23 @@ pub(crate) fn check_one_a_node(what: &str, found: usize, nodes: usize) -> Result
 /// # Errors
 /// [`Error::Input`] for a label that is neither 0 nor 1.
 pub(crate) fn check_labels(labels: &[u8]) -> Result<()> {
-    match labels.iter().position(|label| *label > 1) {
+    match first_refused(labels, |label| *label <= 1) {
         None => Ok(()),
         Some(i) => Err(Error::Input(format!("the label of node {i} is {}, but it must be 0 (black) or 1 (white)", labels[i]))),
     }
 }
+
+/// The first place whose value is not as it must be, if there is one.
+pub(crate) fn first_refused<T: Sync>(values: &[T], is_fine: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    // Whole blocks, without a branch: a parallel search asks after every step whether another thread has found something.
+    let refused = |block: &[T]| !block.iter().fold(true, |fine, value| fine & is_fine(value));
+    let block = values.par_chunks(CHECKED_AT_ONCE).position_first(refused)?;
+    let begin = block * CHECKED_AT_ONCE;
+    values[begin..].iter().position(|value| !is_fine(value)).map(|within| begin + within)
+}
+
+/// Values of which is known that all are fine, or that one is not.
+const CHECKED_AT_ONCE: usize = 4096;
 
 /// Turns lengths of rows, each one place late, into the starts of the rows.
 pub(crate) fn cumulate(offsets: &mut [u32]) {
