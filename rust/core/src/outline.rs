@@ -199,14 +199,14 @@ pub fn outline(
         }
         Ok(Shape::Dot { stipple, own, around })
     };
-    let shapes = chains.chains.par_iter().map(shape_of).collect::<Result<Vec<Shape>>>()?;
+    let shapes: Vec<Result<Shape>> = chains.chains.par_iter().with_max_len(CHAINS_AT_ONCE).map(shape_of).collect();
     control.report(0.8)?;
 
     let mut vertices = 0;
     let mut parts = Parts { width, height, units: fit.units, inks: vec![Ink::White; components.sizes.len()], ..Parts::default() };
     let mut drawn_as_dot = vec![false; components.sizes.len()];
     for (chain, shape) in chains.chains.iter().zip(shapes) {
-        match shape {
+        match shape? {
             Shape::Dot { stipple, own, around } => {
                 vertices += 1;
                 drawn_as_dot[own as usize] = true;
@@ -229,6 +229,10 @@ pub fn outline(
     parts.on_frame = owner_of_frame(triangulation, components, &drawn_as_dot);
     Ok(Outlines { drawing: assemble(parts)?, vertices })
 }
+
+/// Chains that a thread shapes before others can take the next: a few are thousands of edges long, so parts of all chains with the
+/// same number of them would end far apart.
+const CHAINS_AT_ONCE: usize = 32;
 
 /// What is drawn for a chain.
 enum Shape {
