@@ -150,3 +150,18 @@ impl Adjacency for Graph {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_several_refused_values_is_found_wherever_it_stands() {
+        let mut values = vec![0u8; 3 * CHECKED_AT_ONCE + 7];
+        assert_eq!(first_refused(&values, |value| *value == 0), None);
+        for place in [values.len() - 1, 2 * CHECKED_AT_ONCE, 2 * CHECKED_AT_ONCE - 1, CHECKED_AT_ONCE + 9, 0] {
+            values[place] = 1;
+            assert_eq!(first_refused(&values, |value| *value == 0), Some(place));
+        }
+    }
+}
