@@ -131,7 +131,8 @@ def show(done: int, of_all: int, task: run.Task, entry: Result | Failure) -> Non
     took = f"{entry.seconds:.1f} s" if isinstance(entry, Result) else f"failed: {entry.reason}"
     line = f"[{done}/{of_all}] {task.method}, {task.photo.name} at {task.photo.size}: {took}"
     if not sys.stderr.isatty():
-        print(line, file=sys.stderr, flush=True)
+        # With its end in one write: an interruption between two would put its message behind the line.
+        print(f"{line}\n", end="", file=sys.stderr, flush=True)
         return
     width = shutil.get_terminal_size().columns
     print(f"\r\x1b[K{line[: width - 1]}", end="", file=sys.stderr, flush=True)
