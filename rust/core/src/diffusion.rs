@@ -33,8 +33,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::control::Control;
-use crate::error::{Error, Result};
-use crate::graph::{Adjacency, check_one_a_node, first_refused};
+use crate::error::Result;
+use crate::graph::{Adjacency, check_areas, check_finite, check_one_a_node};
 use crate::noise::noise;
 use crate::params::{Alpha, Options, Order};
 
@@ -126,14 +126,10 @@ pub fn diffuse(
 /// [`Error::Input`] if there is not one finite value, and one area of at least 0, a node.
 pub(crate) fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
     check_one_a_node("values", values.len(), graph.len())?;
-    if let Some(i) = first_refused(values, |v| v.is_finite()) {
-        return Err(Error::Input(format!("the value of node {i} is {}, but it must be finite", values[i])));
-    }
+    check_finite("value", values)?;
     if let Some(areas) = areas {
         check_one_a_node("areas", areas.len(), graph.len())?;
-        if let Some(i) = first_refused(areas, |area| *area >= 0.0 && area.is_finite()) {
-            return Err(Error::Input(format!("the area of node {i} is {}, but it must be at least 0 px^2", areas[i])));
-        }
+        check_areas("area", areas)?;
     }
     Ok(())
 }
@@ -532,6 +528,7 @@ fn bucket(priority: f64) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::graph::Graph;
     use crate::lattice::Lattice;
     use crate::params::LatticeKind;

@@ -112,8 +112,26 @@ pub(crate) fn check_labels(labels: &[u8]) -> Result<()> {
     }
 }
 
+/// # Errors
+/// [`Error::Input`] for a value that is not finite; `what` one of them is called.
+pub(crate) fn check_finite(what: &str, values: &[f32]) -> Result<()> {
+    match first_refused(values, |value| value.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::Input(format!("the {what} of node {i} is {}, but it must be finite", values[i]))),
+    }
+}
+
+/// # Errors
+/// [`Error::Input`] for an area that is not finite or is below 0; `what` one of them is called.
+pub(crate) fn check_areas(what: &str, areas: &[f64]) -> Result<()> {
+    match first_refused(areas, |area| *area >= 0.0 && area.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::Input(format!("the {what} of node {i} is {}, but it must be at least 0 px^2", areas[i]))),
+    }
+}
+
 /// The first place whose value is not as it must be, if there is one.
-pub(crate) fn first_refused<T: Sync>(values: &[T], is_fine: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+fn first_refused<T: Sync>(values: &[T], is_fine: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     // Whole blocks, without a branch: a parallel search asks after every step whether another thread has found something.
     let refused = |block: &[T]| !block.iter().fold(true, |fine, value| fine & is_fine(value));
     let block = values.par_chunks(CHECKED_AT_ONCE).position_first(refused)?;

@@ -28,7 +28,7 @@ use crate::control::Control;
 use crate::drawing::{Drawing, Frame, Ink, POLYGON_REACH, Stipple};
 use crate::error::{Error, Result};
 use crate::fit::{CrossingEdge, FINER_GRIDS, Fit};
-use crate::graph::{check_labels, check_one_a_node, first_refused};
+use crate::graph::{check_areas, check_finite, check_labels, check_one_a_node};
 use crate::irregular::{Room, irregular};
 use crate::least_radius::distance_to_segment;
 use crate::noise::mixed;
@@ -139,13 +139,8 @@ pub fn outline(
         check_one_a_node(what, length, count)?;
     }
     check_labels(labels)?;
-    if let Some(i) = first_refused(cell_areas, |area| *area >= 0.0 && area.is_finite()) {
-        return Err(Error::Input(format!("the cell area of node {i} is {}, but it must be at least 0 px^2", cell_areas[i])));
-    }
-    let given = tones.unwrap_or_default();
-    if let Some(i) = first_refused(given, |tone| tone.is_finite()) {
-        return Err(Error::Input(format!("the tone of node {i} is {}, but it must be finite", given[i])));
-    }
+    check_areas("cell area", cell_areas)?;
+    check_finite("tone", tones.unwrap_or_default())?;
     let frame = Frame { width: width as f64, height: height as f64 };
     let part = count.div_ceil(PARTS_A_THREAD * rayon::current_num_threads()).max(LEAST_PART);
     let chains = trace(triangulation, labels, components, part)?;

@@ -961,14 +961,14 @@ impl Samples<'_> {
             task.run(&bins, block, &mut sink);
             sink
         };
+        let mut take_all = |made: Vec<S>| made.into_iter().for_each(|sink| take(&bins, sink));
         // While what was made of some tiles is taken, the next are looked at.
         let mut made: Vec<S> = Vec::new();
         for batch in tasks.chunks(TILES_AT_ONCE) {
             control.check()?;
-            let take_all = || made.into_iter().for_each(|sink| take(&bins, sink));
-            (_, made) = rayon::join(take_all, || batch.par_iter().map_init(Block::new, run).collect());
+            (_, made) = rayon::join(|| take_all(made), || batch.par_iter().map_init(Block::new, run).collect());
         }
-        made.into_iter().for_each(|sink| take(&bins, sink));
+        take_all(made);
         Ok(())
     }
 }
