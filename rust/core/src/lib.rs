@@ -1,53 +1,37 @@
 #![doc = include_str!("lib.md")]
 
-mod assembly;
-mod budget;
-pub mod components;
-pub mod control;
-mod cubic;
-pub mod decode;
-pub mod diffusion;
-pub mod drawing;
-pub mod dxf;
-pub mod emphasis;
-pub mod eps;
-pub mod error;
-pub mod export;
-pub mod field;
-mod fit;
-pub mod graph;
-pub mod importance;
-mod irregular;
-pub mod json;
-pub mod lattice;
-pub mod layers;
-pub mod layout;
-pub mod least_radius;
-pub mod load;
-mod needs;
-mod noise;
-pub mod outline;
-pub mod params;
-pub mod pdf;
-pub mod pipeline;
-pub mod presets;
-pub mod raster;
-pub mod refine;
-pub mod saliency;
-pub mod scan;
-pub mod session;
-mod simplify;
-pub mod split;
-pub mod svg;
-mod tiles;
-pub mod tone;
-pub mod triangulation;
-pub mod voronoi;
+// The folders stand in the order of the data: each imports from those above it alone.
 
-pub use control::Control;
+mod base;
+
+mod options;
+
+mod photo;
+
+mod importance;
+
+mod graph;
+
+mod diffusion;
+
+mod sites;
+
+mod labels;
+
+mod outlines;
+
+mod drawing;
+
+mod files;
+
+mod pipeline;
+
+pub mod stages;
+
+pub use base::{Control, Error, Result};
 pub use drawing::Drawing;
-pub use error::{Error, Result};
-pub use field::Field;
-pub use params::{Alpha, Carry, Crossings, LatticeKind, Options, Order};
-pub use pipeline::{Outcome, draw};
-pub use session::Session;
+pub use files::{Export, load};
+pub use importance::Importance;
+pub use options::{Options, presets};
+pub use photo::Field;
+pub use pipeline::{Outcome, Session, draw};

@@ -1,0 +1,44 @@
+//! Ink: what every mark is drawn with.
+
+use serde::{Deserialize, Serialize};
+
+/// What a mark is drawn with. Its number is the label of its nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ink {
+    /// Label 0.
+    Black = 0,
+    /// Label 1: the paper.
+    White = 1,
+}
+
+impl Ink {
+    /// The ink of a label: 0 is black, anything else white.
+    pub fn of_label(label: u8) -> Self {
+        if label == 0 { Self::Black } else { Self::White }
+    }
+
+    /// The other one.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Black => Self::White,
+            Self::White => Self::Black,
+        }
+    }
+
+    /// `black` or `white`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Black => "black",
+            Self::White => "white",
+        }
+    }
+
+    /// `Black` or `White`.
+    pub fn capital_name(self) -> &'static str {
+        match self {
+            Self::Black => "Black",
+            Self::White => "White",
+        }
+    }
+}

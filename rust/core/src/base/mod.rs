@@ -1,0 +1,21 @@
+//! What every folder stands on: errors, progress, pseudo-random numbers, colours, inks, and the geometry of the plane.
+//! It takes numbers and gives numbers, and knows nothing of photos, graphs or drawings. Source: our own.
+
+mod colour;
+mod control;
+mod error;
+mod ink;
+mod noise;
+mod paths;
+mod plane;
+
+pub use colour::parse_color;
+pub use control::Control;
+pub(crate) use control::STAGES;
+pub use error::{Error, Result};
+pub use ink::Ink;
+pub(crate) use noise::{mixed, noise};
+pub use paths::FLATTENING_TOLERANCE;
+pub(crate) use paths::{POLYGON_REACH, circle_polygon, flatten_path, flatten_quad, flattened_edges, is_closed, is_mirrored};
+pub(crate) use plane::{Frame, distance_to_segment};
+pub use plane::{Side, signed_area};

@@ -1,0 +1,102 @@
+//! Paths and circles as polygons. Whoever flattens one curve gets the same points, so neighbours and files agree.
+
+use std::sync::OnceLock;
+
+use kurbo::{BezPath, CubicBez, ParamCurve as _, PathEl, Point, QuadBez};
+
+/// How far a flattened outline may lie from the true curve in `regions` and `area`, in pixels: a twentieth of a pixel is below
+/// what any raster or plotter shows, and costs about twice the points of a quarter.
+pub const FLATTENING_TOLERANCE: f64 = 0.05;
+
+/// No vertex of a circle's polygon lies further from its centre than this many radii: the coarsest polygon has eight sides.
+pub(crate) const POLYGON_REACH: f64 = 1.055;
+
+/// Whether a curve has no ends.
+pub(crate) fn is_closed(path: &BezPath) -> bool {
+    path.elements().last() == Some(&PathEl::ClosePath)
+}
+
+/// Whether the first control point of a curve is the last one before it, a curve of the same kind, mirrored at the point between:
+/// then SVG leaves it out.
+pub(crate) fn is_mirrored(before: &PathEl, element: &PathEl) -> bool {
+    match (before, element) {
+        (PathEl::QuadTo(last, joint), PathEl::QuadTo(first, _)) | (PathEl::CurveTo(_, last, joint), PathEl::CurveTo(first, ..)) => {
+            *first == *joint + (*joint - *last)
+        }
+        _ => false,
+    }
+}
+
+/// The points of a path's only subpath, flattened within `tolerance` px; the closing point is not repeated.
+pub(crate) fn flatten_path(path: &BezPath, tolerance: f64) -> Vec<[f64; 2]> {
+    let mut points: Vec<Point> = Vec::with_capacity(path.elements().len() * 4);
+    for element in path.elements() {
+        let from = points.last().copied().unwrap_or_default();
+        match *element {
+            PathEl::MoveTo(p) | PathEl::LineTo(p) => points.push(p),
+            PathEl::QuadTo(c, p) => flatten_quad(&QuadBez::new(from, c, p), tolerance, &mut points),
+            PathEl::CurveTo(c, d, p) => flatten_cubic(&CubicBez::new(from, c, d, p), tolerance, &mut points),
+            PathEl::ClosePath => {}
+        }
+    }
+    points.into_iter().map(|p| [p.x, p.y]).collect()
+}
+
+/// Appends points of a curve, at even steps of its parameter, so that the polygon through them lies within `tolerance` of it; not
+/// its begin.
+pub(crate) fn flatten_quad(quad: &QuadBez, tolerance: f64, points: &mut Vec<Point>) {
+    let bend = (quad.p0.to_vec2() - 2.0 * quad.p1.to_vec2() + quad.p2.to_vec2()).hypot2().sqrt();
+    let steps = (bend / (4.0 * tolerance)).sqrt().ceil().max(1.0);
+    points.extend((1..steps as usize).map(|k| quad.eval(k as f64 / steps)));
+    points.push(quad.p2);
+}
+
+/// The same for a cubic.
+pub(crate) fn flatten_cubic(cubic: &CubicBez, tolerance: f64, points: &mut Vec<Point>) {
+    let [p0, p1, p2, p3] = [cubic.p0, cubic.p1, cubic.p2, cubic.p3].map(Point::to_vec2);
+    let bend = (p0 - 2.0 * p1 + p2).hypot2().max((p1 - 2.0 * p2 + p3).hypot2()).sqrt();
+    let steps = (0.75 * bend / tolerance).sqrt().ceil().max(1.0);
+    points.extend((1..steps as usize).map(|k| cubic.eval(k as f64 / steps)));
+    points.push(cubic.p3);
+}
+
+/// The sides of a curve's polygon as regions have it.
+pub(crate) fn flattened_edges(path: &BezPath) -> impl Iterator<Item = [[f64; 2]; 2]> {
+    let points = flatten_path(path, FLATTENING_TOLERANCE);
+    let count = if is_closed(path) { points.len() } else { points.len() - 1 };
+    (0..count).map(move |k| [points[k], points[(k + 1) % points.len()]])
+}
+
+/// See [`Drawing::stipple_outline`].
+pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, tolerance: f64) -> Vec<[f64; 2]> {
+    // A chord of half-angle h lies radius * (1 - cos h) inside the circle; half a tolerance each way once the area is corrected.
+    let half = libm::acos((1.0 - (tolerance / radius).min(0.5)).max(0.5));
+    let sides = (libm::ceil(std::f64::consts::PI / half) as usize).clamp(8, MOST_SIDES);
+    let Polygon { circumradius, directions } = regular_polygon(sides);
+    let corrected = radius * circumradius;
+    directions.iter().map(|[x, y]| [centre[0] + corrected * x, centre[1] + corrected * y]).collect()
+}
+
+/// The most sides of a circle's polygon.
+const MOST_SIDES: usize = 256;
+
+/// A regular polygon around the origin with the area of the unit circle.
+struct Polygon {
+    circumradius: f64,
+    /// Unit vectors to its vertices.
+    directions: Vec<[f64; 2]>,
+}
+
+/// The polygon of so many sides, up to [`MOST_SIDES`]. Each is made once: drawings have many dots, of few numbers of sides.
+fn regular_polygon(sides: usize) -> &'static Polygon {
+    static POLYGONS: [OnceLock<Polygon>; MOST_SIDES + 1] = [const { OnceLock::new() }; MOST_SIDES + 1];
+    POLYGONS[sides].get_or_init(|| {
+        let step = std::f64::consts::TAU / sides as f64;
+        let direction = |k: usize| {
+            let angle = (k as f64 + 0.5) * step;
+            [libm::cos(angle), libm::sin(angle)]
+        };
+        // A polygon with circumradius R has the area n/2 R^2 sin(2 pi / n); this R gives pi.
+        Polygon { circumradius: libm::sqrt(step / libm::sin(step)), directions: (0..sides).map(direction).collect() }
+    })
+}

@@ -1,0 +1,81 @@
+//! The plane of the canvas: its frame with four sides, distances and areas.
+
+use kurbo::Point;
+
+/// A side of the frame, in the order in which a ring with positive area runs along it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// y = 0.
+    Top = 0,
+    /// x = width.
+    Right = 1,
+    /// y = height.
+    Bottom = 2,
+    /// x = 0.
+    Left = 3,
+}
+
+impl Side {
+    pub(crate) const ALL: [Self; 4] = [Self::Top, Self::Right, Self::Bottom, Self::Left];
+}
+
+/// The frame of the canvas, and positions along it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+impl Frame {
+    /// Whether a point lies inside, not on the frame.
+    pub(crate) fn holds(self, p: Point) -> bool {
+        p.x > 0.0 && p.y > 0.0 && p.x < self.width && p.y < self.height
+    }
+
+    /// The foot of a point on a side.
+    pub(crate) fn project(self, p: Point, side: Side) -> Point {
+        match side {
+            Side::Top => Point::new(p.x, 0.0),
+            Side::Right => Point::new(self.width, p.y),
+            Side::Bottom => Point::new(p.x, self.height),
+            Side::Left => Point::new(0.0, p.y),
+        }
+    }
+
+    pub(crate) fn perimeter(self) -> f64 {
+        2.0 * (self.width + self.height)
+    }
+
+    /// Distance along the frame from the corner (0, 0), in the positive direction: top, right, bottom, left.
+    pub(crate) fn position(self, p: Point) -> f64 {
+        if p.y <= 0.0 {
+            p.x
+        } else if p.x >= self.width {
+            self.width + p.y
+        } else if p.y >= self.height {
+            self.width + self.height + (self.width - p.x)
+        } else {
+            2.0 * self.width + self.height + (self.height - p.y)
+        }
+    }
+}
+
+/// How far a point is from a segment.
+pub(crate) fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
+    let along = b - a;
+    let t = ((p - a).dot(along) / along.hypot2()).clamp(0.0, 1.0);
+    // Both ends in one place: the fraction is not a number.
+    let nearest = if t.is_nan() { a } else { a + along * t };
+    // Not `distance`, whose hypot may differ between platforms in the last bit.
+    (p - nearest).hypot2().sqrt()
+}
+
+/// Twice-halved shoelace sum: positive when the ring turns from +x towards +y.
+pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
+    let mut sum = 0.0;
+    for (i, p) in ring.iter().enumerate() {
+        let q = ring[(i + 1) % ring.len()];
+        sum += p[0] * q[1] - q[0] * p[1];
+    }
+    sum / 2.0
+}

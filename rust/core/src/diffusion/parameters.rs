@@ -1,0 +1,72 @@
+//! The parameters of a diffusion, and the share of its error that a node passes on.
+
+use crate::options::{Alpha, Options, Order};
+
+/// The parameters of one diffusion; ranges as in [`Options`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diffusion {
+    /// Weight of the difference of starting values.
+    pub k1: f64,
+    /// Weight of the distance, per pixel.
+    pub k2: f64,
+    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail.
+    pub base: f64,
+    /// Growth of dynamic alpha with `|I0 - A|`: the paper's lambda.
+    pub detail_gain: f64,
+    /// Radius of the local mean A, in rings of neighbours, at least 1.
+    pub rings: u32,
+    /// Share of the error that is passed on.
+    pub alpha: Alpha,
+    /// In which order nodes are labelled.
+    pub order: Order,
+}
+
+impl Diffusion {
+    /// The diffusion of importance over the lattice.
+    pub fn of_importance(options: &Options) -> Self {
+        Self { alpha: options.importance_alpha, order: options.importance_order, ..Self::of_tone(options) }
+    }
+
+    /// The diffusion of tone over the second graph.
+    pub fn of_tone(options: &Options) -> Self {
+        let Options { k1, k2, base, detail_gain, rings, alpha, order, .. } = *options;
+        Self { k1, k2, base, detail_gain, rings, alpha, order }
+    }
+
+    /// Whether a node of the starting value `start` that got this label may pass an error on.
+    pub(crate) fn passes_on(&self, start: f64, label: u8) -> bool {
+        self.alpha != Alpha::Dynamic || (label == 1) == (start >= 0.5)
+    }
+
+    /// The share of its error that it passes on if so: alpha. `mean` is the local mean around it.
+    pub(crate) fn share(&self, start: f64, mean: impl FnOnce() -> f64) -> f64 {
+        match self.alpha {
+            Alpha::Constant(alpha) => alpha,
+            Alpha::Tonal => self.base * tonal_share(start),
+            Alpha::Dynamic => self.base + self.detail_gain * (start - mean()).abs(),
+        }
+    }
+}
+
+/// The share of `base` that [`Alpha::Tonal`] passes on at a value I0: t^1.5 (1 - t)^2 scaled to 1 at its highest, t = 3/7, and 0 at
+/// black and white, which stay clean. Dark tones get more than light ones as far from 0.5: white dots in the dark are what shape is
+/// seen by there, whereas in the light paper alone passes for the tone.
+pub fn tonal_share(value: f64) -> f64 {
+    let t = value.clamp(0.0, 1.0);
+    let highest = (3.0 / 7.0) * f64::sqrt(3.0 / 7.0) * (4.0 / 7.0) * (4.0 / 7.0);
+    t * t.sqrt() * (1.0 - t) * (1.0 - t) / highest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tonal_alpha_is_highest_in_dark_middle_tones_and_nothing_at_black_and_white() {
+        assert_eq!([0.0, 1.0, -0.5, 1.5].map(tonal_share), [0.0; 4]);
+        assert!((tonal_share(3.0 / 7.0) - 1.0).abs() < 1e-12);
+        for value in [0.1, 0.3, 0.42, 0.44, 0.6, 0.9] {
+            assert!(tonal_share(value) < 1.0 && tonal_share(0.5 - value / 2.0) > tonal_share(0.5 + value / 2.0), "{value}");
+        }
+    }
+}

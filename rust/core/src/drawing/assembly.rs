@@ -1,0 +1,216 @@
+//! Assembly: from boundary curves and dots to the regions that they bound, their order and levels.
+//!
+//! Every curve and every dot names the components on its two sides; a component that is not a dot becomes a region. Its rings are
+//! the closed curves around it and in it, and, if it touches the frame, runs of open curves and frame in turn. Everything is put
+//! into an order that depends on the geometry alone, so that a drawing read back from a file is the drawing that was written. What
+//! this module does not do: find out who lies beside a curve (see [`crate::outlines::contours`] and [`crate::files::load`]).
+
+use kurbo::{BezPath, PathEl, Point, Shape};
+use rayon::prelude::*;
+
+use crate::base::{Error, FLATTENING_TOLERANCE, Frame, Ink, Result, circle_polygon, is_closed, signed_area};
+use crate::drawing::data::{Drawing, Mark, Region, Ring, RingPart};
+use crate::outlines::{Parts, Stipple};
+
+/// The drawing of these parts; its provenance is left empty.
+///
+/// # Errors
+/// [`Error::Internal`] if the parts do not fit together.
+pub fn assemble(parts: Parts) -> Result<Drawing> {
+    let frame = Frame { width: parts.width as f64, height: parts.height as f64 };
+    let count = parts.inks.len();
+    let mut is_dot = vec![false; count];
+    for (_, [own, _]) in &parts.stipples {
+        is_dot[*own as usize] = true;
+    }
+    let mut drawing = Drawing { width: parts.width, height: parts.height, units: parts.units, ..Drawing::default() };
+    let mut placed: Vec<(Point, BezPath, [u32; 2])> =
+        parts.curves.into_par_iter().map(|(path, beside)| (top_of_curve(&path), path, beside)).collect();
+    // Whatever the number of threads, what is equal stays in its order: so in all sorts here.
+    placed.par_sort_by(|a, b| from_the_top(a.0, b.0));
+    let tops: Vec<Point> = placed.iter().map(|(top, _, _)| *top).collect();
+    let (curves, beside): (Vec<BezPath>, Vec<[u32; 2]>) = placed.into_iter().map(|(_, path, beside)| (path, beside)).unzip();
+    drawing.curves = curves;
+    let mut stipples = parts.stipples;
+    stipples.par_sort_by(|(a, _), (b, _)| a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x)));
+
+    // What is known of a component's region so far: its outer boundary with the area inside, and its holes.
+    let mut exteriors: Vec<Option<(Ring, f64)>> = vec![None; count];
+    let mut holes: Vec<Vec<Ring>> = vec![Vec::new(); count];
+    // The component around a component; none for one that touches the frame.
+    let mut container: Vec<Option<u32>> = vec![None; count];
+
+    for (component, ring) in frame_rings(frame, &drawing.curves, &beside, parts.on_frame)? {
+        let area = drawing.ring_path(&ring).area();
+        exteriors[component as usize] = Some((ring, area));
+    }
+    let areas: Vec<Option<f64>> = drawing.curves.par_iter().map(|path| is_closed(path).then(|| path.area())).collect();
+    for (number, area) in areas.into_iter().enumerate().filter_map(|(number, area)| Some((number, area?))) {
+        let [black, white] = beside[number];
+        let part = |reversed: bool| Ring { parts: vec![RingPart::Curve { index: number as u32, reversed }] };
+        // Positive: what lies on its left is inside.
+        let (inner, outer) = if area > 0.0 { (black, white) } else { (white, black) };
+        container[inner as usize] = Some(outer);
+        exteriors[inner as usize] = Some((part(area < 0.0), area.abs()));
+        holes[outer as usize].push(part(area > 0.0));
+    }
+    for (index, (_, [own, around])) in stipples.iter().enumerate() {
+        container[*own as usize] = Some(*around);
+        holes[*around as usize].push(Ring { parts: vec![RingPart::Stipple { index: index as u32 }] });
+    }
+    let own_of_stipple: Vec<u32> = stipples.iter().map(|(_, [own, _])| *own).collect();
+    drawing.stipples = stipples.into_iter().map(|(stipple, _)| stipple).collect();
+
+    let mut regions: Vec<(Point, u32, Region)> = Vec::new();
+    for component in (0..count).filter(|c| !is_dot[*c]) {
+        let (exterior, enclosed_area) =
+            exteriors[component].take().ok_or_else(|| Error::Internal(format!("component {component} has no outer boundary")))?;
+        let mut placed: Vec<(Point, Ring)> =
+            std::mem::take(&mut holes[component]).into_iter().map(|hole| (top(&drawing, &tops, &hole), hole)).collect();
+        placed.sort_by(|a, b| from_the_top(a.0, b.0));
+        let holes = placed.into_iter().map(|(_, hole)| hole).collect();
+        let region = Region { ink: parts.inks[component], level: 0, exterior, holes, enclosed_area };
+        regions.push((top(&drawing, &tops, &region.exterior), component as u32, region));
+    }
+    // The two sides of an open curve may both have their top on it.
+    regions.par_sort_by(|a, b| from_the_top(a.0, b.0).then(a.2.ink.cmp(&b.2.ink)));
+    let own_of_region: Vec<u32> = regions.iter().map(|(_, component, _)| *component).collect();
+    drawing.regions = regions.into_iter().map(|(_, _, region)| region).collect();
+
+    put_in_order(&mut drawing);
+    find_levels(&mut drawing, &container, &own_of_region, &own_of_stipple)?;
+    Ok(drawing)
+}
+
+/// The uppermost on-curve point of a ring, the leftmost of those; `tops` are those of the curves.
+fn top(drawing: &Drawing, tops: &[Point], ring: &Ring) -> Point {
+    let points = ring.parts.iter().map(|part| match *part {
+        RingPart::Curve { index, .. } => tops[index as usize],
+        RingPart::Stipple { index } => {
+            let stipple = &drawing.stipples[index as usize];
+            Point::new(stipple.x, stipple.y - stipple.radius)
+        }
+        RingPart::Corner(x, y) => Point::new(x, y),
+    });
+    points.min_by(|a, b| from_the_top(*a, *b)).unwrap_or_default()
+}
+
+fn top_of_curve(path: &BezPath) -> Point {
+    path.elements().iter().filter_map(PathEl::end_point).min_by(|a, b| from_the_top(*a, *b)).unwrap_or_default()
+}
+
+fn from_the_top(a: Point, b: Point) -> std::cmp::Ordering {
+    a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x))
+}
+
+/// Where an open curve meets the frame.
+pub(crate) struct End {
+    pub(crate) position: f64,
+    pub(crate) curve: u32,
+    /// Whether the curve begins here.
+    pub(crate) begins: bool,
+}
+
+impl End {
+    /// What lies on the frame just before and just after this end, in the positive direction, of what lies to the left and to the
+    /// right of its curve.
+    pub(crate) fn around<T>(&self, [left, right]: [T; 2]) -> [T; 2] {
+        if self.begins { [left, right] } else { [right, left] }
+    }
+}
+
+/// All ends of open curves, by their place on the frame.
+pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
+    let mut ends = Vec::new();
+    for (number, path) in (0u32..).zip(curves).filter(|(_, path)| !is_closed(path)) {
+        let elements = path.elements();
+        for (element, begins) in [(elements.first(), true), (elements.last(), false)] {
+            let point = element.and_then(PathEl::end_point).unwrap_or_default();
+            ends.push(End { position: frame.position(point), curve: number, begins });
+        }
+    }
+    ends.sort_by(|a, b| a.position.total_cmp(&b.position).then(a.curve.cmp(&b.curve)));
+    ends
+}
+
+/// The exteriors of the components that touch the frame.
+fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: u32) -> Result<Vec<(u32, Ring)>> {
+    let ends = ends_on_frame(frame, curves);
+    if ends.is_empty() {
+        return Ok(vec![(on_frame, Ring { parts: corners_between(frame, -1.0, frame.perimeter()).collect() })]);
+    }
+    // Where the other end of every curve is.
+    let mut places = vec![[0usize; 2]; curves.len()];
+    for (k, end) in ends.iter().enumerate() {
+        places[end.curve as usize][usize::from(!end.begins)] = k;
+    }
+    let around = |end: &End| end.around(beside[end.curve as usize]);
+    let mut rings = Vec::new();
+    let mut walked = vec![false; ends.len()];
+    for first in 0..ends.len() {
+        if walked[first] {
+            continue;
+        }
+        let [_, component] = around(&ends[first]);
+        let mut parts = Vec::new();
+        let mut k = first;
+        while !walked[k] {
+            walked[k] = true;
+            let next = (k + 1) % ends.len();
+            let lap = if next == 0 { frame.perimeter() } else { 0.0 };
+            parts.extend(corners_between(frame, ends[k].position, ends[next].position + lap));
+            let end = &ends[next];
+            let [before, _] = around(end);
+            if before != component {
+                return Err(Error::Internal(format!("components {component} and {before} meet on the frame without a boundary")));
+            }
+            parts.push(RingPart::Curve { index: end.curve, reversed: !end.begins });
+            k = places[end.curve as usize][usize::from(end.begins)];
+        }
+        rings.push((component, Ring { parts }));
+    }
+    Ok(rings)
+}
+
+/// The corners of the frame strictly between two positions, in the positive direction from the first to the second.
+fn corners_between(frame: Frame, from: f64, to: f64) -> impl Iterator<Item = RingPart> {
+    let (w, h) = (frame.width, frame.height);
+    let corners = [(0.0, (0.0, 0.0)), (w, (w, 0.0)), (w + h, (w, h)), (2.0 * w + h, (0.0, h))];
+    let around = frame.perimeter();
+    let twice = corners.into_iter().chain(corners.map(|(at, corner)| (at + around, corner)));
+    twice.filter(move |(at, _)| *at > from && *at < to).map(|(_, (x, y))| RingPart::Corner(x, y))
+}
+
+/// The layered order.
+fn put_in_order(drawing: &mut Drawing) {
+    let regions = drawing.regions.par_iter().enumerate().map(|(i, region)| (region.enclosed_area, Mark::Region(i as u32)));
+    let dot_area = |s: &Stipple| signed_area(&circle_polygon([s.x, s.y], s.radius, FLATTENING_TOLERANCE));
+    let stipples = drawing.stipples.par_iter().enumerate().map(|(i, stipple)| (dot_area(stipple), Mark::Stipple(i as u32)));
+    let mut order: Vec<(f64, Mark)> = regions.chain(stipples).collect();
+    order.par_sort_by(|a, b| b.0.total_cmp(&a.0));
+    drawing.order = order.into_iter().map(|(_, mark)| mark).collect();
+}
+
+fn find_levels(drawing: &mut Drawing, container: &[Option<u32>], own_of_region: &[u32], own_of_stipple: &[u32]) -> Result<()> {
+    const UNKNOWN: u32 = u32::MAX;
+    let mut levels = vec![UNKNOWN; container.len()];
+    for &mark in &drawing.order {
+        let (component, ink) = match mark {
+            Mark::Region(i) => (own_of_region[i as usize], drawing.regions[i as usize].ink),
+            Mark::Stipple(i) => (own_of_stipple[i as usize], drawing.stipples[i as usize].ink),
+        };
+        let level = match container[component as usize] {
+            None => u32::from(ink == Ink::Black),
+            Some(around) => match levels[around as usize] {
+                UNKNOWN => return Err(Error::Internal(format!("component {component} comes before the one around it"))),
+                level => level + 1,
+            },
+        };
+        levels[component as usize] = level;
+        match mark {
+            Mark::Region(i) => drawing.regions[i as usize].level = level,
+            Mark::Stipple(i) => drawing.stipples[i as usize].level = level,
+        }
+    }
+    Ok(())
+}

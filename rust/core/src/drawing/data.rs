@@ -1,0 +1,267 @@
+//! The drawing: canvas size, shared boundary curves, the regions and stipples that they bound, and how it all was made.
+//!
+//! # Representation
+//! Every boundary curve is stored once, in [`Drawing::curves`], and shared by the two components that it separates. A region's
+//! [`Ring`] names curves (forward or reversed), stipples whose outline is its hole, and corners of the frame. So neighbours
+//! fit exactly, and the areas of all regions and stipples add up to the canvas.
+//!
+//! The same data expresses the picture in two ways (the paper has the first): *layered*, where each region is the
+//! filled disc of its exterior ring and what lies inside it is painted over it; and *flat*, where each region is its exterior
+//! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
+//! container is always on the level below. So painting level by level is as good as painting one by one.
+
+use kurbo::{BezPath, PathEl, Point};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::base::{FLATTENING_TOLERANCE, Ink, circle_polygon, flatten_path, is_mirrored, signed_area};
+use crate::options::Options;
+use crate::outlines::Stipple;
+
+/// A component of two or more nodes, drawn as a closed path; or of one, if its dot is irregular or the canvas cuts it into more
+/// than a dot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// What it is drawn with.
+    pub ink: Ink,
+    /// Depth in the layered picture: 0 is white that touches the frame (the paper itself), 1 is black that touches the frame or
+    /// lies in such white, and every mark lies one level above the mark that contains it. Even levels are white, odd ones black.
+    pub level: u32,
+    /// The outer boundary; its signed area (x right, y down) is positive.
+    pub exterior: Ring,
+    /// The inner boundaries; their signed areas are negative.
+    pub holes: Vec<Ring>,
+    /// Area that the exterior encloses, holes included, in px^2: what the layered order goes by.
+    pub enclosed_area: f64,
+}
+
+/// A closed boundary, as the pieces it runs along.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Ring {
+    /// The pieces, in order.
+    pub parts: Vec<RingPart>,
+}
+
+/// A piece of a ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RingPart {
+    /// A boundary curve, by its index in [`Drawing::curves`].
+    Curve {
+        /// Which one.
+        index: u32,
+        /// Whether the ring runs against the curve's own direction.
+        reversed: bool,
+    },
+    /// The outline of a stipple, by its index in [`Drawing::stipples`], as a hole of what surrounds it: it is a ring by itself.
+    Stipple {
+        /// Which one.
+        index: u32,
+    },
+    /// A corner of the frame: x, y.
+    Corner(f64, f64),
+}
+
+/// A mark in the layered order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// Index in [`Drawing::stipples`].
+    Stipple(u32),
+    /// Index in [`Drawing::regions`].
+    Region(u32),
+}
+
+/// How a drawing was made: enough to make it again from the same photo. Holds no times, paths or thread counts.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of graphstipple.
+    pub version: String,
+    /// Where the importance came from: `saliency`, `none`, `constant:V` or `map`.
+    pub importance: String,
+    /// The options.
+    pub options: Options,
+}
+
+/// The vector result.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Drawing {
+    /// Width of the canvas in pixels.
+    pub width: usize,
+    /// Height of the canvas in pixels.
+    pub height: usize,
+    /// The shared boundary curves of the regions, black on their left: closed ones end with `ClosePath`, open ones begin and end on
+    /// the frame. From the top down, as all marks.
+    pub curves: Vec<BezPath>,
+    /// The dots, from the top down (by y, then x).
+    pub stipples: Vec<Stipple>,
+    /// The regions, from the top down, by the uppermost points of their exteriors.
+    pub regions: Vec<Region>,
+    /// All marks by the area that their exteriors enclose, largest first: a mark follows its container.
+    pub order: Vec<Mark>,
+    /// Units to a pixel of the grid on which coordinates lie, a power of two; single points may lie on a finer one.
+    pub units: f64,
+    /// How it was made.
+    pub provenance: Provenance,
+}
+
+/// All marks of one level, in the drawing's order; they share their ink and are disjoint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// What they are drawn with.
+    pub ink: Ink,
+    /// The marks.
+    pub marks: Vec<Mark>,
+}
+
+impl Drawing {
+    /// The marks to paint on white paper, level by level from the lowest. Level 0 (white that touches the frame) is the paper
+    /// itself and is left out.
+    pub fn levels(&self) -> Vec<Level> {
+        let mut levels: Vec<Level> = Vec::new();
+        for &mark in &self.order {
+            let (level, ink) = match mark {
+                Mark::Stipple(i) => (self.stipples[i as usize].level, self.stipples[i as usize].ink),
+                Mark::Region(i) => (self.regions[i as usize].level, self.regions[i as usize].ink),
+            };
+            let level = level as usize;
+            while levels.len() <= level {
+                let ink = if levels.len().is_multiple_of(2) { Ink::White } else { Ink::Black };
+                levels.push(Level { ink, marks: Vec::new() });
+            }
+            debug_assert_eq!(levels[level].ink, ink);
+            levels[level].marks.push(mark);
+        }
+        if !levels.is_empty() {
+            levels.remove(0);
+        }
+        levels.retain(|level| !level.marks.is_empty());
+        levels
+    }
+
+    /// The path of a ring with its true curves; empty for the outline of a stipple, which is no path but a circle.
+    pub fn ring_path(&self, ring: &Ring) -> BezPath {
+        let of_part = |part: &RingPart| match part {
+            RingPart::Curve { index, .. } => self.curves[*index as usize].elements().len(),
+            _ => 1,
+        };
+        let mut path = BezPath::with_capacity(ring.parts.iter().map(of_part).sum::<usize>() + 1);
+        for part in &ring.parts {
+            match *part {
+                RingPart::Curve { index, reversed: false } => extend(&mut path, self.curves[index as usize].iter()),
+                RingPart::Curve { index, reversed: true } => {
+                    extend(&mut path, self.curves[index as usize].reverse_subpaths().iter())
+                }
+                RingPart::Stipple { .. } => return BezPath::new(),
+                RingPart::Corner(x, y) => extend_to(&mut path, Point::new(x, y)),
+            }
+        }
+        path.close_path();
+        path
+    }
+
+    /// The polygon of a stipple: as many sides as keep it within `tolerance` px of its circle, with exactly the circle's area. Runs
+    /// in the positive direction.
+    pub fn stipple_outline(&self, index: usize, tolerance: f64) -> Vec<[f64; 2]> {
+        let stipple = &self.stipples[index];
+        circle_polygon([stipple.x, stipple.y], stipple.radius, tolerance)
+    }
+
+    /// A region's exterior and holes as polygons, flattened within `tolerance` px. Rings that two marks share have the same points.
+    pub fn region_rings(&self, index: usize, tolerance: f64) -> (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>) {
+        let region = &self.regions[index];
+        let flatten = |ring: &Ring| self.flatten_ring(ring, tolerance);
+        (flatten(&region.exterior), region.holes.iter().map(flatten).collect())
+    }
+
+    fn flatten_ring(&self, ring: &Ring, tolerance: f64) -> Vec<[f64; 2]> {
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for part in &ring.parts {
+            let piece = match *part {
+                RingPart::Curve { index, reversed } => {
+                    let mut piece = flatten_path(&self.curves[index as usize], tolerance);
+                    if reversed {
+                        piece.reverse();
+                    }
+                    piece
+                }
+                RingPart::Stipple { index } => {
+                    let mut piece = self.stipple_outline(index as usize, tolerance);
+                    piece.reverse();
+                    piece
+                }
+                RingPart::Corner(x, y) => vec![[x, y]],
+            };
+            for point in piece {
+                if points.last() != Some(&point) {
+                    points.push(point);
+                }
+            }
+        }
+        if points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        }
+        points
+    }
+
+    /// Area of a region without its holes, in px^2, as flattened to [`FLATTENING_TOLERANCE`].
+    pub fn region_area(&self, index: usize) -> f64 {
+        let (exterior, holes) = self.region_rings(index, FLATTENING_TOLERANCE);
+        signed_area(&exterior) + holes.iter().map(|hole| signed_area(hole)).sum::<f64>()
+    }
+
+    /// On-curve points and coordinate pairs that an SVG file of one ink holds, control points included but for those that are the
+    /// last one mirrored: every curve is written once, a dot counts one, and so does a corner of the canvas that is black.
+    pub fn count_written(&self) -> (usize, usize) {
+        let black = self.regions.iter().filter(|region| region.ink == Ink::Black);
+        let corners = black.flat_map(|region| &region.exterior.parts).filter(|part| matches!(part, RingPart::Corner(..))).count();
+        let (mut anchors, mut coordinates) = (self.stipples.len() + corners, self.stipples.len() + corners);
+        let of_curves = self.curves.par_iter().map(count_points).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        anchors += of_curves.0;
+        coordinates += of_curves.1;
+        (anchors, coordinates)
+    }
+}
+
+/// On-curve points and coordinate pairs of a path; a closed one's first point again at its end is not written twice.
+fn count_points(path: &BezPath) -> (usize, usize) {
+    let (mut anchors, mut coordinates) = (0, 0);
+    let mut last = PathEl::ClosePath;
+    for element in path.elements() {
+        let pairs = match element {
+            PathEl::MoveTo(_) | PathEl::LineTo(_) => 1,
+            PathEl::QuadTo(..) => 2,
+            PathEl::CurveTo(..) => 3,
+            PathEl::ClosePath => continue,
+        };
+        anchors += 1;
+        coordinates += pairs - usize::from(is_mirrored(&last, element));
+        last = *element;
+    }
+    let twice = usize::from(closes_on_its_start(path));
+    (anchors - twice, coordinates - twice)
+}
+
+/// Whether the last drawn point of a closed path is its first one again.
+fn closes_on_its_start(path: &BezPath) -> bool {
+    let elements = path.elements();
+    let last = elements.iter().rev().find_map(PathEl::end_point);
+    elements.len() > 2 && elements.first().and_then(PathEl::end_point) == last
+}
+
+/// Appends a curve to a ring's path: its first point joins by a line unless the path is already there, and its close is dropped.
+fn extend(path: &mut BezPath, elements: impl Iterator<Item = PathEl>) {
+    for element in elements {
+        match element {
+            PathEl::MoveTo(p) => extend_to(path, p),
+            PathEl::ClosePath => {}
+            other => path.push(other),
+        }
+    }
+}
+
+fn extend_to(path: &mut BezPath, p: Point) {
+    match path.elements().last().and_then(PathEl::end_point) {
+        None => path.move_to(p),
+        Some(last) if last == p => {}
+        Some(_) => path.line_to(p),
+    }
+}

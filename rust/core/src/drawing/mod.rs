@@ -1,0 +1,14 @@
+//! The drawing as data. In: curves and dots, with what lies beside them or without; out: a [`Drawing`] with regions, their order and
+//! levels. Source: the paper (the layered order); shared curves are our own.
+
+mod assembly;
+mod data;
+mod least_radius;
+mod sides;
+mod stats;
+
+pub use assembly::assemble;
+pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
+pub use least_radius::DotChanges;
+pub(crate) use sides::{invalid, put_together};
+pub use stats::Stats;

@@ -1,0 +1,41 @@
+//! What was counted and timed on the way to a drawing.
+
+use serde::Serialize;
+
+/// What was counted and timed (docs/method.md; Table 4 of the paper has stipples, regions and vertices).
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Stats {
+    /// Width of the canvas in pixels.
+    pub width: usize,
+    /// Height of the canvas in pixels.
+    pub height: usize,
+    /// Lattice nodes per pixel.
+    pub density: f64,
+    /// Nodes of the first graph.
+    pub lattice_nodes: usize,
+    /// The node budget; `None` when the importance alone decides.
+    pub node_budget: Option<usize>,
+    /// The factor on the importance that meets the budget; 1 without one.
+    pub importance_factor: f64,
+    /// What the refinement of the labels adds for white, so that the drawing has the photo's mean: see [`crate::labels::refine`].
+    pub tone_shift: f64,
+    /// Nodes of the second graph.
+    pub nodes: usize,
+    /// Components drawn as dots.
+    pub stipples: usize,
+    /// Components drawn as closed paths.
+    pub regions: usize,
+    /// Crossings that region boundaries pass through, plus stipples, irregular ones too: before smoothing and
+    /// simplification.
+    pub vertices: usize,
+    /// On-curve points written; a dot counts one.
+    pub anchors: usize,
+    /// Coordinate pairs written, control points included; a dot counts one.
+    pub coordinates: usize,
+    /// Stipples that a least radius made larger.
+    pub dots_enlarged: usize,
+    /// Stipples that a least radius left out.
+    pub dots_dropped: usize,
+    /// Seconds each stage took, and `total`.
+    pub seconds: std::collections::BTreeMap<String, f64>,
+}

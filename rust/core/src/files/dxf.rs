@@ -1,0 +1,365 @@
+//! A drawing as DXF: closed polylines and circles in millimetres, for laser cutters, plotters, mills and CAD.
+//!
+//! # What is written
+//! AutoCAD 2000's version of the format, the oldest that states its unit, so that no program has to ask how large the drawing is.
+//! Its LWPOLYLINE takes half the bytes of the POLYLINE of release 12. y runs up from the page's lower edge. Curves are flattened
+//! within [`FLATTENING_TOLERANCE`] px of the canvas, circles are CIRCLE. Holes are closed polylines of their own: DXF has
+//! outlines, and what lies inside them is for the program that reads it to decide.
+//!
+//! A flat drawing of one ink has every boundary exactly once, so nothing is cut twice. With both inks each boundary comes twice, on
+//! different layers. DXF layers have the ids of the drawing's layers; black ones have colour 7 (black on white paper), white ones
+//! colour 1 (red), a painted paper is a rectangle of colour 8 (grey) on the layer `paper`.
+//!
+//! # Why by hand
+//! The format is pairs of lines, the file a fixed frame around them. The crate `dxf` brings twenty others, puts the time and random
+//! identifiers into every file, and writes tables that other readers have to repair.
+
+use std::fmt::Write;
+
+use crate::base::{FLATTENING_TOLERANCE, Ink, Result, flatten_path};
+use crate::drawing::Drawing;
+use crate::files::export::Export;
+use crate::files::layers::Outline;
+use crate::files::layout::Placement;
+
+/// Millimetres to the point.
+const MM_PER_POINT: f64 = 25.4 / 72.0;
+
+/// Positions are rounded to a micrometre, and on a small canvas to this part of its pixel.
+const ROUNDING: f64 = 0.01;
+
+/// Digits after the decimal point that no position needs more of.
+const MOST_DECIMALS: usize = 9;
+
+/// Handle of the block record that holds everything drawn: every entity names its owner.
+const MODEL_SPACE: &str = "1F";
+
+/// The first handle of the layers and entities; those of the frame lie below it.
+const FIRST_HANDLE: usize = 0x100;
+
+/// Tables before that of the layers: the view, and the three line types that must be there.
+const TABLES: &str = "\
+0|SECTION|2|TABLES|\
+0|TABLE|2|VPORT|5|8|330|0|100|AcDbSymbolTable|70|0|0|ENDTAB|\
+0|TABLE|2|LTYPE|5|5|330|0|100|AcDbSymbolTable|70|3|\
+0|LTYPE|5|14|330|5|100|AcDbSymbolTableRecord|100|AcDbLinetypeTableRecord|2|ByBlock|70|0|3||72|65|73|0|40|0.0|\
+0|LTYPE|5|15|330|5|100|AcDbSymbolTableRecord|100|AcDbLinetypeTableRecord|2|ByLayer|70|0|3||72|65|73|0|40|0.0|\
+0|LTYPE|5|16|330|5|100|AcDbSymbolTableRecord|100|AcDbLinetypeTableRecord|2|Continuous|70|0|3||72|65|73|0|40|0.0|\
+0|ENDTAB|";
+
+/// From the text styles to the beginning of the entities: nothing here is the drawing's.
+const BLOCKS: &str = "\
+0|TABLE|2|STYLE|5|3|330|0|100|AcDbSymbolTable|70|1|\
+0|STYLE|5|11|330|3|100|AcDbSymbolTableRecord|100|AcDbTextStyleTableRecord|2|Standard|70|0|40|0.0|\
+41|1.0|50|0.0|71|0|42|2.5|3|txt|4||\
+0|ENDTAB|\
+0|TABLE|2|VIEW|5|6|330|0|100|AcDbSymbolTable|70|0|0|ENDTAB|\
+0|TABLE|2|UCS|5|7|330|0|100|AcDbSymbolTable|70|0|0|ENDTAB|\
+0|TABLE|2|APPID|5|9|330|0|100|AcDbSymbolTable|70|1|\
+0|APPID|5|12|330|9|100|AcDbSymbolTableRecord|100|AcDbRegAppTableRecord|2|ACAD|70|0|\
+0|ENDTAB|\
+0|TABLE|2|DIMSTYLE|5|A|330|0|100|AcDbSymbolTable|70|1|100|AcDbDimStyleTable|\
+0|DIMSTYLE|105|27|330|A|100|AcDbSymbolTableRecord|100|AcDbDimStyleTableRecord|2|Standard|70|0|\
+0|ENDTAB|\
+0|TABLE|2|BLOCK_RECORD|5|1|330|0|100|AcDbSymbolTable|70|2|\
+0|BLOCK_RECORD|5|1F|330|1|100|AcDbSymbolTableRecord|100|AcDbBlockTableRecord|2|*Model_Space|\
+0|BLOCK_RECORD|5|1B|330|1|100|AcDbSymbolTableRecord|100|AcDbBlockTableRecord|2|*Paper_Space|\
+0|ENDTAB|0|ENDSEC|\
+0|SECTION|2|BLOCKS|\
+0|BLOCK|5|20|330|1F|100|AcDbEntity|8|0|100|AcDbBlockBegin|2|*Model_Space|70|0|10|0.0|20|0.0|30|0.0|3|*Model_Space|1||\
+0|ENDBLK|5|21|330|1F|100|AcDbEntity|8|0|100|AcDbBlockEnd|\
+0|BLOCK|5|1C|330|1B|100|AcDbEntity|67|1|8|0|100|AcDbBlockBegin|2|*Paper_Space|70|0|10|0.0|20|0.0|30|0.0|3|*Paper_Space|1||\
+0|ENDBLK|5|1D|330|1B|100|AcDbEntity|67|1|8|0|100|AcDbBlockEnd|\
+0|ENDSEC|\
+0|SECTION|2|ENTITIES|";
+
+/// What follows the entities: the dictionaries that must be there.
+const OBJECTS: &str = "\
+0|ENDSEC|\
+0|SECTION|2|OBJECTS|\
+0|DICTIONARY|5|C|330|0|100|AcDbDictionary|281|1|3|ACAD_GROUP|350|D|\
+0|DICTIONARY|5|D|330|C|100|AcDbDictionary|281|1|\
+0|ENDSEC|0|EOF|";
+
+/// The drawing as the text of a DXF file.
+///
+/// # Errors
+/// As [`Export::validate`] and [`crate::files::layout::Layout::place`].
+///
+/// # Runtime
+/// Linear in the number of points.
+pub fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
+    export.validate()?;
+    let placement = export.layout.place(drawing.width, drawing.height)?;
+    let layers = drawing.layers(export.style, export.inks);
+    let mut names: Vec<(&str, u8)> = vec![("0", 7)];
+    names.extend(layers.paper.map(|_| ("paper", 8)));
+    names.extend(layers.layers.iter().map(|layer| (layer.id.as_str(), colour(layer.ink))));
+
+    let mut writer = Writer::new(placement, FIRST_HANDLE + names.len());
+    if layers.paper.is_some() {
+        let (width, height) = (drawing.width as f64, drawing.height as f64);
+        writer.polyline("paper", &[[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]);
+    }
+    for layer in &layers.layers {
+        for outline in layer.areas.iter().flat_map(|area| std::iter::once(&area.exterior).chain(&area.holes)) {
+            match *outline {
+                Outline::Circle { x, y, radius } => writer.circle(&layer.id, [x, y], radius),
+                Outline::Path(ref path) => {
+                    writer.polyline(&layer.id, &flatten_path(path, FLATTENING_TOLERANCE));
+                }
+            }
+        }
+    }
+
+    let mut text = String::with_capacity(writer.text.len() + 8192);
+    text.push_str(&header(&placement, writer.handle));
+    push(&mut text, TABLES);
+    push(&mut text, &format!("0|TABLE|2|LAYER|5|2|330|0|100|AcDbSymbolTable|70|{}|", names.len()));
+    for ((name, colour), handle) in names.iter().zip(FIRST_HANDLE..) {
+        let record = format!("0|LAYER|5|{handle:X}|330|2|100|AcDbSymbolTableRecord|100|AcDbLayerTableRecord|");
+        push(&mut text, &format!("{record}2|{name}|70|0|62|{colour}|6|Continuous|"));
+    }
+    push(&mut text, "0|ENDTAB|");
+    push(&mut text, BLOCKS);
+    text.push_str(&writer.text);
+    push(&mut text, OBJECTS);
+    Ok(text)
+}
+
+fn colour(ink: Ink) -> u8 {
+    match ink {
+        Ink::Black => 7,
+        Ink::White => 1,
+    }
+}
+
+/// Appends group codes and values that are separated by bars, each on a line of its own.
+fn push(text: &mut String, pairs: &str) {
+    text.extend(pairs.chars().map(|c| if c == '|' { '\n' } else { c }));
+}
+
+/// The version, the units (4 is millimetres) and the page as the drawing's extents and limits. `next` is a handle that nothing has.
+fn header(placement: &Placement, next: usize) -> String {
+    let [width, height] = placement.page.map(|side| (side * MM_PER_POINT * 1e6).round() / 1e6);
+    let mut text = String::new();
+    push(
+        &mut text,
+        &format!(
+            "999|graphstipple {}|0|SECTION|2|HEADER|9|$ACADVER|1|AC1015|9|$DWGCODEPAGE|3|ANSI_1252|9|$INSBASE|10|0.0|20|0.0|30|0.0|\
+             9|$EXTMIN|10|0.0|20|0.0|30|0.0|9|$EXTMAX|10|{width:?}|20|{height:?}|30|0.0|9|$LIMMIN|10|0.0|20|0.0|\
+             9|$LIMMAX|10|{width:?}|20|{height:?}|9|$INSUNITS|70|4|9|$MEASUREMENT|70|1|9|$LUNITS|70|2|9|$HANDSEED|5|{next:X}|\
+             0|ENDSEC|0|SECTION|2|CLASSES|0|ENDSEC|",
+            env!("CARGO_PKG_VERSION")
+        ),
+    );
+    text
+}
+
+/// Writes entities.
+struct Writer {
+    text: String,
+    /// That of the next entity.
+    handle: usize,
+    placement: Placement,
+    mm_per_px: f64,
+    /// Digits after the decimal point, and the power of ten that has as many zeros.
+    decimals: usize,
+    power: f64,
+    /// Points of the current polyline as they will be written.
+    points: Vec<[i64; 2]>,
+}
+
+impl Writer {
+    fn new(placement: Placement, handle: usize) -> Self {
+        let mm_per_px = placement.scale * MM_PER_POINT;
+        let mut decimals = 3;
+        let mut power = 1000.0;
+        while power * ROUNDING * mm_per_px < 1.0 && decimals < MOST_DECIMALS {
+            decimals += 1;
+            power *= 10.0;
+        }
+        Self { text: String::new(), handle, placement, mm_per_px, decimals, power, points: Vec::new() }
+    }
+
+    /// A closed ring, given in pixels of the canvas. What rounds to fewer than three points encloses nothing and is left out.
+    fn polyline(&mut self, layer: &str, ring: &[[f64; 2]]) {
+        let mut points = std::mem::take(&mut self.points);
+        points.clear();
+        points.extend(ring.iter().map(|p| self.position(*p)));
+        points.dedup();
+        while points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        }
+        if points.len() >= 3 {
+            self.begin("LWPOLYLINE", layer);
+            let _ = write!(self.text, "100\nAcDbPolyline\n90\n{}\n70\n1\n", points.len());
+            for [x, y] in &points {
+                self.number(10, *x);
+                self.number(20, *y);
+            }
+        }
+        self.points = points;
+    }
+
+    fn circle(&mut self, layer: &str, centre: [f64; 2], radius: f64) {
+        self.begin("CIRCLE", layer);
+        self.text.push_str("100\nAcDbCircle\n");
+        let [x, y] = self.position(centre);
+        self.number(10, x);
+        self.number(20, y);
+        self.number(40, ((radius * self.mm_per_px * self.power).round() as i64).max(1));
+    }
+
+    fn begin(&mut self, kind: &str, layer: &str) {
+        // Writing to a string cannot fail.
+        let _ = write!(self.text, "0\n{kind}\n5\n{:X}\n330\n{MODEL_SPACE}\n100\nAcDbEntity\n8\n{layer}\n", self.handle);
+        self.handle += 1;
+    }
+
+    /// A point of the canvas on the page, in millimetres times the power of ten, y up.
+    fn position(&self, [x, y]: [f64; 2]) -> [i64; 2] {
+        let left = self.placement.origin[0] * MM_PER_POINT + x * self.mm_per_px;
+        let up = (self.placement.page[1] - self.placement.origin[1]) * MM_PER_POINT - y * self.mm_per_px;
+        [left, up].map(|value| (value * self.power).round() as i64)
+    }
+
+    /// A group code and a number without trailing zeros; it keeps one digit after the point, since some readers tell reals by it.
+    fn number(&mut self, code: u8, value: i64) {
+        let power = self.power as u64;
+        let sign = if value < 0 { "-" } else { "" };
+        let (whole, rest) = (value.unsigned_abs() / power, value.unsigned_abs() % power);
+        let _ = write!(self.text, "{code}\n{sign}{whole}.{rest:0width$}", width = self.decimals);
+        while self.text.ends_with('0') && !self.text.ends_with(".0") {
+            self.text.pop();
+        }
+        self.text.push('\n');
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::signed_area;
+    use crate::drawing::{Ring, RingPart};
+    use crate::files::layers::Style;
+    use crate::files::layout::Layout;
+    use crate::files::svg::samples;
+    use crate::options::Inks;
+
+    /// The pairs of a file.
+    fn pairs(text: &str) -> Vec<(u16, &str)> {
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.len().is_multiple_of(2), "a code without a value");
+        lines.chunks(2).map(|pair| (pair[0].parse().unwrap(), pair[1])).collect()
+    }
+
+    #[derive(Debug, PartialEq)]
+    enum Entity {
+        Polyline(Vec<[f64; 2]>),
+        Circle([f64; 2], f64),
+    }
+
+    /// Layer and shape of every entity.
+    fn entities(text: &str) -> Vec<(String, Entity)> {
+        let pairs = pairs(text);
+        let begin = pairs.iter().position(|p| *p == (2, "ENTITIES")).unwrap() + 1;
+        let end = begin + pairs[begin..].iter().position(|p| *p == (0, "ENDSEC")).unwrap();
+        let of = |group: &[(u16, &str)]| {
+            let values = |code: u16| group.iter().filter(move |p| p.0 == code).map(|p| p.1);
+            let numbers = |code| values(code).map(|v| v.parse::<f64>().unwrap());
+            let points: Vec<[f64; 2]> = numbers(10).zip(numbers(20)).map(|(x, y)| [x, y]).collect();
+            let entity = match group[0].1 {
+                "CIRCLE" => Entity::Circle(points[0], numbers(40).next().unwrap()),
+                "LWPOLYLINE" => {
+                    assert_eq!(values(90).next(), Some(points.len().to_string().as_str()));
+                    assert_eq!(values(70).next(), Some("1"), "not closed");
+                    Entity::Polyline(points)
+                }
+                other => panic!("{other}"),
+            };
+            (values(8).next().unwrap().to_owned(), entity)
+        };
+        pairs[begin..end].chunk_by(|_, next| next.0 != 0).map(of).collect()
+    }
+
+    fn value_of<'a>(text: &'a str, variable: &str) -> &'a str {
+        let pairs = pairs(text);
+        pairs[pairs.iter().position(|p| p.1 == variable).unwrap() + 1].1
+    }
+
+    #[test]
+    fn every_boundary_of_a_flat_drawing_comes_once() {
+        let mut drawing = samples::nested();
+        let hole = |part| Ring { parts: vec![part] };
+        drawing.regions[0].holes.push(hole(RingPart::Curve { index: 1, reversed: true }));
+        drawing.regions[1].holes.push(hole(RingPart::Stipple { index: 0 }));
+        let text = to_dxf(&drawing, &Export::default()).unwrap();
+        assert_eq!(text, to_dxf(&drawing, &Export::default()).unwrap());
+        let found = entities(&text);
+        let layers: Vec<&str> = found.iter().map(|e| e.0.as_str()).collect();
+        assert_eq!(layers, [vec!["black-regions"; 3], vec!["black-stipples"; 4]].concat());
+
+        // px are 25.4 / 96 mm, y runs up from the lower edge of 48 px.
+        let mm = 25.4 / 96.0;
+        let Entity::Circle(centre, radius) = &found[3].1 else { panic!("{:?}", found[3]) };
+        for (value, expected) in [(centre[0], 15.7 * mm), (centre[1], (48.0 - 23.9) * mm), (*radius, 2.35 * mm)] {
+            assert!((value - expected).abs() <= 0.0005 + 1e-9, "{value} instead of {expected}");
+        }
+        let Entity::Polyline(ring) = &found[0].1 else { panic!("{:?}", found[0]) };
+        let (exterior, _) = drawing.region_rings(0, FLATTENING_TOLERANCE);
+        assert!((signed_area(ring) / mm / mm + signed_area(&exterior)).abs() < 0.5, "turned over, as y is");
+        let (low, high) = ring.iter().fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(p[1]), high.max(p[1])));
+        assert_eq!((low, high), (0.0, 12.7));
+    }
+
+    #[test]
+    fn the_header_tells_units_and_page() {
+        let layout = Layout { width: Some("200mm".parse().unwrap()), margin: "10mm".parse().unwrap(), ..Layout::default() };
+        let text = to_dxf(&samples::nested(), &Export { layout, ..Export::default() }).unwrap();
+        assert_eq!(
+            (value_of(&text, "$INSUNITS"), value_of(&text, "$MEASUREMENT"), value_of(&text, "$ACADVER")),
+            ("4", "1", "AC1015")
+        );
+        assert_eq!(value_of(&text, "$EXTMAX"), "220.0");
+        let handles: Vec<&str> = pairs(&text).iter().filter(|p| p.0 == 5 || p.0 == 105).map(|p| p.1).collect();
+        let unique: std::collections::BTreeSet<&str> = handles.iter().copied().collect();
+        assert_eq!(unique.len(), handles.len());
+        let seed = usize::from_str_radix(value_of(&text, "$HANDSEED"), 16).unwrap();
+        assert!(
+            handles.iter().filter(|h| **h != value_of(&text, "$HANDSEED")).all(|h| usize::from_str_radix(h, 16).unwrap() < seed)
+        );
+    }
+
+    #[test]
+    fn both_inks_and_layered_drawings_have_more_layers() {
+        let layers_of = |export: Export| {
+            let text = to_dxf(&samples::nested(), &export).unwrap();
+            let mut layers: Vec<String> = entities(&text).into_iter().map(|e| e.0).collect();
+            layers.dedup();
+            layers
+        };
+        let both = layers_of(Export { inks: Inks::Both, ..Export::default() });
+        assert_eq!(both, ["black-regions", "black-stipples", "white-regions"]);
+        let white = layers_of(Export { inks: Inks::White, ..Export::default() });
+        assert_eq!(white, ["paper", "white-regions"]);
+        let layered = layers_of(Export { style: Style::Layered, ..Export::default() });
+        assert_eq!(layered[..2], ["paper", "level-1-black-regions"]);
+        let text = to_dxf(&samples::nested(), &Export { inks: Inks::White, ..Export::default() }).unwrap();
+        assert!(text.contains("\n2\nwhite-regions\n70\n0\n62\n1\n") && text.contains("\n2\npaper\n70\n0\n62\n8\n"), "{text}");
+    }
+
+    #[test]
+    fn digits_follow_the_size_of_a_pixel() {
+        let write = |scale: f64, value: i64| {
+            let mut writer = Writer::new(Placement { scale, page: [1.0, 1.0], origin: [0.0, 0.0] }, 1);
+            writer.number(10, value);
+            (writer.decimals, writer.text)
+        };
+        assert_eq!(write(0.75, 12_340), (3, "10\n12.34\n".into()));
+        assert_eq!(write(0.75, -12_000), (3, "10\n-12.0\n".into()));
+        assert_eq!(write(0.75, 7), (3, "10\n0.007\n".into()));
+        assert_eq!(write(0.001, 1_234_567), (6, "10\n1.234567\n".into()));
+        assert_eq!(write(1e-9, 1).0, MOST_DECIMALS);
+    }
+}

@@ -1,0 +1,245 @@
+//! A drawing as Encapsulated PostScript: filled paths of lines, cubic curves and arcs, for programs that take no PDF.
+//!
+//! Coordinates are whole 64ths of a pixel under one transform that also turns the y axis; operators have names of one letter.
+//! Only PostScript level 1 is used. Layers, which PostScript does not have, are told apart by `%%BeginObject` comments. The
+//! nonzero rule fills: holes run against their exteriors. There are no dates, so the same drawing always gives the same bytes.
+//!
+//! What this module does not do: compress, and clip: nothing lies outside the canvas.
+
+use crate::base::{Ink, Result};
+use crate::drawing::Drawing;
+use crate::files::cubic::{self, Piece, UNITS_PER_PIXEL};
+use crate::files::export::Export;
+use crate::files::layers::{Area, Outline};
+
+/// A path is filled and another one begun after this many points, since old interpreters refuse paths of 1500. Areas are not split:
+/// a single one may have more.
+const PATH_POINTS: usize = 1000;
+
+/// No line is longer, as the conventions for document structure ask.
+const LINE_BYTES: usize = 255;
+
+/// What the names stand for. `o` and `i` take centre and radius of a circle that is an outer or an inner boundary: they move to its
+/// rightmost point first, so that no line leads there.
+const PROLOG: &str = "\
+%%BeginProlog
+/graphstipple 8 dict def
+graphstipple begin
+/m {moveto} bind def
+/l {lineto} bind def
+/c {curveto} bind def
+/h {closepath} bind def
+/f {fill} bind def
+/o {dup 3 index add 2 index moveto 0 360 arc closepath} bind def
+/i {dup 3 index add 2 index moveto 360 0 arcn closepath} bind def
+end
+%%EndProlog
+";
+
+/// The drawing as an EPS document.
+///
+/// # Errors
+/// As [`Export::validate`] and [`crate::files::layout::Layout::place`].
+///
+/// # Runtime
+/// Linear in the number of coordinates.
+pub fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
+    export.validate()?;
+    let placement = export.layout.place(drawing.width, drawing.height)?;
+    let layers = drawing.layers(export.style, export.inks);
+    let [width, height] = placement.page;
+    let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
+    let mut writer = Writer { text: String::with_capacity(1024 + 36 * elements + 24 * drawing.stipples.len()), line: 0 };
+    let (whole_width, whole_height) = (width.ceil(), height.ceil());
+    writer.text.push_str(&format!(
+        "%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 {whole_width} {whole_height}\n%%HiResBoundingBox: 0 0 {} {}\n\
+         %%Creator: graphstipple {}\n%%LanguageLevel: 1\n%%DocumentData: Clean7Bit\n%%Pages: 1\n%%EndComments\n{PROLOG}\
+         %%Page: 1 1\ngraphstipple begin\ngsave\n{} {} translate\n{} {} scale\n",
+        decimal(width),
+        decimal(height),
+        env!("CARGO_PKG_VERSION"),
+        decimal(placement.origin[0]),
+        decimal(height - placement.origin[1]),
+        placement.scale / UNITS_PER_PIXEL,
+        -placement.scale / UNITS_PER_PIXEL,
+    ));
+    if let Some(ink) = layers.paper {
+        writer.begin("Paper", ink);
+        let (right, bottom) = (cubic::units(drawing.width as f64), cubic::units(drawing.height as f64));
+        writer.text.push_str(&format!("0 0 m {right} 0 l {right} {bottom} l 0 {bottom} l h f\n%%EndObject\n"));
+    }
+    for layer in &layers.layers {
+        writer.begin(&layer.label, layer.ink);
+        writer.fill(&layer.areas);
+        writer.text.push_str("%%EndObject\n");
+    }
+    writer.text.push_str("grestore\nend\nshowpage\n%%Trailer\n%%EOF\n");
+    Ok(writer.text)
+}
+
+/// A length in points, short and exact enough for a bounding box.
+fn decimal(points: f64) -> f64 {
+    (points * 1e4).round() / 1e4
+}
+
+/// Writes words separated by spaces, and line ends where a line would become too long.
+struct Writer {
+    text: String,
+    /// Bytes on the current line.
+    line: usize,
+}
+
+impl Writer {
+    fn begin(&mut self, label: &str, ink: Ink) {
+        let grey = match ink {
+            Ink::Black => 0,
+            Ink::White => 1,
+        };
+        self.text.push_str(&format!("%%BeginObject: {label}\n{grey} setgray\n"));
+    }
+
+    fn fill(&mut self, areas: &[Area]) {
+        let mut points = 0;
+        for (i, area) in areas.iter().enumerate() {
+            points += self.outline(&area.exterior, "o");
+            for hole in &area.holes {
+                points += self.outline(hole, "i");
+            }
+            if points >= PATH_POINTS || i + 1 == areas.len() {
+                self.word("f");
+                self.end_line();
+                points = 0;
+            }
+        }
+    }
+
+    /// Adds an outline to the path; returns its number of points.
+    fn outline(&mut self, outline: &Outline, circle: &str) -> usize {
+        match *outline {
+            Outline::Circle { x, y, radius } => {
+                self.numbers(&[cubic::units(x), cubic::units(y), cubic::units(radius)]);
+                self.word(circle);
+                // An interpreter makes a circle of four curves.
+                13
+            }
+            Outline::Path(ref path) => {
+                let mut points = 0;
+                cubic::for_each_piece(path, |piece| match piece {
+                    Piece::Move(p) => {
+                        points += 1;
+                        self.numbers(&p);
+                        self.word("m");
+                    }
+                    Piece::Line(p) => {
+                        points += 1;
+                        self.numbers(&p);
+                        self.word("l");
+                    }
+                    Piece::Curve(controls) => {
+                        points += 3;
+                        self.numbers(controls.as_flattened());
+                        self.word("c");
+                    }
+                    Piece::Close => self.word("h"),
+                });
+                points
+            }
+        }
+    }
+
+    fn numbers(&mut self, numbers: &[i32]) {
+        for number in numbers {
+            self.word(&number.to_string());
+        }
+    }
+
+    fn word(&mut self, word: &str) {
+        if self.line > 0 {
+            // The line end itself is a byte.
+            if self.line + 1 + word.len() >= LINE_BYTES {
+                self.end_line();
+            } else {
+                self.text.push(' ');
+                self.line += 1;
+            }
+        }
+        self.text.push_str(word);
+        self.line += word.len();
+    }
+
+    fn end_line(&mut self) {
+        self.text.push('\n');
+        self.line = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::layers::Style;
+    use crate::files::layout::Layout;
+    use crate::files::svg::samples;
+    use crate::options::Inks;
+
+    fn words(text: &str, word: &str) -> usize {
+        let body = &text[text.find("%%EndProlog").unwrap()..];
+        body.split_ascii_whitespace().filter(|w| *w == word).count()
+    }
+
+    #[test]
+    fn the_document_has_its_comments_and_marks() {
+        let drawing = samples::nested();
+        let text = to_eps(&drawing, &Export::default()).unwrap();
+        assert_eq!(text, to_eps(&drawing, &Export::default()).unwrap());
+        let head = "%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 48 36\n%%HiResBoundingBox: 0 0 48 36\n%%Creator: graphstipple ";
+        assert!(text.starts_with(head), "{text}");
+        assert!(
+            text.contains("\n0 36 translate\n0.01171875 -0.01171875 scale\n%%BeginObject: Black regions\n0 setgray\n"),
+            "{text}"
+        );
+        assert!(text.contains("%%BeginObject: Black stipples") && !text.contains("White") && !text.contains("Date"));
+        assert!(text.ends_with("%%EndObject\ngrestore\nend\nshowpage\n%%Trailer\n%%EOF\n"));
+        let curves: usize = [0, 2].map(|i| drawing.curves[i].segments().count()).iter().sum();
+        assert_eq!((words(&text, "c"), words(&text, "o"), words(&text, "f")), (curves, 4, 2));
+        assert_eq!((words(&text, "m"), words(&text, "h")), (2, 2));
+    }
+
+    #[test]
+    fn circles_in_holes_run_backwards() {
+        let mut drawing = samples::nested();
+        let stipple = crate::drawing::RingPart::Stipple { index: 0 };
+        drawing.regions[1].holes.push(crate::drawing::Ring { parts: vec![stipple] });
+        let text = to_eps(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
+        assert!(text.contains("\n1005 1530 150 i f\n") || text.contains(" 1005 1530 150 i f\n"), "{text}");
+        assert!(text.contains("%%BeginObject: Paper\n0 setgray\n0 0 m 4096 0 l 4096 3072 l 0 3072 l h f\n%%EndObject\n"));
+    }
+
+    #[test]
+    fn the_bounding_box_is_the_page() {
+        let layout = Layout { width: Some("4in".parse().unwrap()), margin: "1.25mm".parse().unwrap(), ..Layout::default() };
+        let text = to_eps(&samples::nested(), &Export { layout, style: Style::Layered, ..Export::default() }).unwrap();
+        assert!(text.contains("%%BoundingBox: 0 0 296 224\n%%HiResBoundingBox: 0 0 295.0866 223.0866\n"), "{text}");
+        assert!(text.contains("3.5433 219.5433 translate\n0.0703125 -0.0703125 scale"), "{text}");
+    }
+
+    #[test]
+    fn lines_and_paths_stay_short() {
+        let text = to_eps(&samples::field_of_blobs(4000), &Export::default()).unwrap();
+        assert!(text.lines().all(|line| line.len() < LINE_BYTES));
+        assert!(text.is_ascii());
+        let mut points = 0;
+        for word in text[text.find("Black regions").unwrap()..].split_ascii_whitespace() {
+            points += match word {
+                "m" | "l" => 1,
+                "c" => 3,
+                "o" => 13,
+                _ => 0,
+            };
+            if word == "f" {
+                assert!(points < 1100, "{points}");
+                points = 0;
+            }
+        }
+        assert_eq!((words(&text, "m"), words(&text, "o")), (4000, 4000));
+    }
+}

@@ -1,0 +1,463 @@
+//! The drawing as pixels: an antialiased grey raster by tiny-skia from the same marks as the SVG, and its PNG.
+//!
+//! # How
+//! The marks of a level are disjoint and share their ink, so a level is one path: marks that meet in a pixel add their
+//! coverage there, and no seam shows. Every outline is flattened once, onto a grid of 1/256 px, which is as fine as tiny-skia
+//! looks, and then painted in bands of rows, in parallel. The bands depend on the width alone, so the raster is
+//! the same for any number of threads, and memory stays at a byte a pixel and a few megabytes a thread.
+//!
+//! What this module does not do: files (the command line and Python write what [`to_png`] and [`encode_png`] return).
+
+use std::borrow::Cow;
+
+use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensions, Unit};
+use rayon::prelude::*;
+use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
+
+use crate::base::{Error, Ink, Result};
+use crate::drawing::{Drawing, Mark};
+use crate::files::export::Export;
+use crate::photo::MAX_SIDE;
+
+/// The most pixels that a raster may have: a poster of A0 size at 800 dots per inch, and a gigabyte of memory.
+pub const MAX_PIXELS: usize = 1 << 30;
+
+/// How far a flattened curve may lie from the true one, in pixels of the raster. The chords of a convex outline lie inside it,
+/// so this takes ink from small loops: 0.3 % at 20 px^2. Half of it costs a third more points.
+const CURVE_TOLERANCE: f64 = 0.01;
+
+/// The same for dots, whose polygons have the circle's area whatever their number of sides.
+const DOT_TOLERANCE: f64 = 0.05;
+
+/// Positions per pixel that tiny-skia tells apart when it antialiases. On this grid a whole number of rows up or down changes
+/// nothing, in floats of 24 bits up to 65535 px.
+const GRID: f64 = 256.0;
+
+/// Pixels of a band, roughly: 4 bytes each while it is painted. Smaller bands clip more outlines, larger ones leave threads idle.
+const BAND_PIXELS: usize = 1 << 17;
+
+/// A grey raster: 0 black, 255 white, row-major.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Raster {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// `width * height` values.
+    pub values: Vec<u8>,
+}
+
+/// Paints the drawing on white, `width` pixels wide and as high as the canvas's proportions say (rounded, at least 1);
+/// `None` is the canvas's own size.
+///
+/// # Errors
+/// [`Error::Option`] if `width` is 0 or above [`MAX_SIDE`]; [`Error::Input`] if the height comes out above it, or the
+/// raster would have more than [`MAX_PIXELS`] pixels.
+///
+/// # Allocations
+/// A byte a pixel, about 8 bytes a point of the flattened outlines, and a band of pixels a thread.
+pub fn rasterize(drawing: &Drawing, width: Option<usize>) -> Result<Raster> {
+    let (width, height) = size(drawing.width, drawing.height, width)?;
+    Ok(rasterize_to(drawing, width, height))
+}
+
+fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
+    let levels = flatten(drawing, [width as f64 / drawing.width as f64, height as f64 / drawing.height as f64]);
+    let rows = (BAND_PIXELS / width).clamp(16, 1024);
+    Raster { width, height, values: paint(&levels, width, height, rows) }
+}
+
+/// The drawing as the bytes of a PNG file, of the size and resolution that the layout says, its margins white. `style` and `inks`
+/// make no difference: the picture is the same.
+///
+/// # Errors
+/// As [`Export::validate`], [`crate::files::layout::Layout::place_pixels`] and [`check_size`].
+///
+/// # Allocations
+/// As [`rasterize`], and a byte a pixel more where there are margins.
+pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
+    export.validate()?;
+    let placement = export.layout.place_pixels(drawing.width, drawing.height)?;
+    let [width, height] = placement.page;
+    check_size(width, height)?;
+    let mut raster = rasterize_to(drawing, placement.drawing[0], placement.drawing[1]);
+    if placement.page != placement.drawing {
+        let mut page = vec![255; width * height];
+        let [left, top] = placement.origin;
+        for (row, values) in raster.values.chunks(raster.width).enumerate() {
+            let begin = (top + row) * width + left;
+            page[begin..begin + values.len()].copy_from_slice(values);
+        }
+        raster = Raster { width, height, values: page };
+    }
+    write_png(&raster, placement.dpi, export.one_bit)
+}
+
+/// The raster as an 8-bit greyscale PNG. The same raster always gives the same bytes.
+///
+/// # Errors
+/// [`Error::Input`] if the number of values does not fit the size.
+pub fn encode_png(raster: &Raster) -> Result<Vec<u8>> {
+    let pixels = raster.width * raster.height;
+    if raster.values.len() != pixels || pixels == 0 {
+        return Err(Error::Input(format!(
+            "the raster has {} values, but {} x {} pixels need {pixels}, at least one",
+            raster.values.len(),
+            raster.width,
+            raster.height
+        )));
+    }
+    write_png(raster, None, false)
+}
+
+/// Writes grey, or with `one_bit` black where at least half a pixel is black and white elsewhere; `dpi` goes into the file if
+/// given.
+fn write_png(raster: &Raster, dpi: Option<f64>, one_bit: bool) -> Result<Vec<u8>> {
+    let (depth, samples) = if one_bit {
+        (BitDepth::One, Cow::Owned(raster.values.chunks(raster.width).flat_map(pack).collect()))
+    } else {
+        (BitDepth::Eight, Cow::Borrowed(&raster.values[..]))
+    };
+    let mut png = Vec::with_capacity(samples.len() / 4 + 1024);
+    let mut encoder = Encoder::new(&mut png, raster.width as u32, raster.height as u32);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(depth);
+    // Filters predict smooth gradients; here they would only hide the runs of black and white from the compressor. Level 4 is three
+    // times as fast as the default, level 6, for files that are at most a tenth larger.
+    encoder.set_deflate_compression(DeflateCompression::Level(4));
+    encoder.set_filter(Filter::NoFilter);
+    encoder.set_pixel_dims(dpi.map(|dpi| {
+        let per_metre = (dpi / 0.0254).round() as u32;
+        PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }
+    }));
+    encoder
+        .write_header()
+        .and_then(|mut writer| {
+            writer.write_image_data(&samples)?;
+            writer.finish()
+        })
+        .map_err(|error| Error::Internal(format!("the PNG cannot be encoded: {error}")))?;
+    Ok(png)
+}
+
+/// A row of grey values as bits, the leftmost highest: 1 is white. The last byte is filled up with zeros.
+fn pack(row: &[u8]) -> impl Iterator<Item = u8> {
+    let bit = |(i, value): (usize, &u8)| u8::from(*value >= 128) << (7 - i);
+    row.chunks(8).map(move |values| values.iter().enumerate().map(bit).sum())
+}
+
+/// Width and height in pixels of a canvas's raster, see [`rasterize`].
+///
+/// # Errors
+/// As [`rasterize`].
+pub fn size(canvas_width: usize, canvas_height: usize, width: Option<usize>) -> Result<(usize, usize)> {
+    let width = width.unwrap_or(canvas_width);
+    if width == 0 || width > MAX_SIDE {
+        return Err(Error::Option { option: "width", value: width.to_string(), allowed: "between 1 and 65535 pixels" });
+    }
+    let height = (canvas_height as f64 * width as f64 / canvas_width as f64).round().max(1.0) as usize;
+    check_size(width, height)?;
+    Ok((width, height))
+}
+
+/// Checks that a raster has neither too long a side nor too many pixels.
+///
+/// # Errors
+/// [`Error::Input`] with the size and the limits.
+pub fn check_size(width: usize, height: usize) -> Result<()> {
+    if width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_PIXELS {
+        return Err(Error::Input(format!(
+            "the raster would be {width} x {height} pixels, but a side may have at most {MAX_SIDE} and the whole {MAX_PIXELS}"
+        )));
+    }
+    Ok(())
+}
+
+/// Marks of a level that are flattened at once.
+const BATCH: usize = 1024;
+
+/// The marks of a level, in batches.
+struct Flattened {
+    ink: Ink,
+    batches: Vec<Polygons>,
+}
+
+/// Marks as polygons, in pixels of the raster.
+struct Polygons {
+    points: Vec<[f32; 2]>,
+    outlines: Vec<Outline>,
+}
+
+/// One polygon of a batch: which points, and which rows it spans.
+struct Outline {
+    begin: usize,
+    end: usize,
+    top: f32,
+    bottom: f32,
+}
+
+impl Polygons {
+    fn push(&mut self, scale: [f64; 2], points: impl Iterator<Item = [f64; 2]>) {
+        let begin = self.points.len();
+        let (mut top, mut bottom) = (f32::INFINITY, f32::NEG_INFINITY);
+        for point in points {
+            let on_grid = |axis: usize| ((point[axis] * scale[axis] * GRID).round() / GRID) as f32;
+            let point = [on_grid(0), on_grid(1)];
+            if self.points.len() == begin || self.points.last() != Some(&point) {
+                (top, bottom) = (top.min(point[1]), bottom.max(point[1]));
+                self.points.push(point);
+            }
+        }
+        self.outlines.push(Outline { begin, end: self.points.len(), top, bottom });
+    }
+}
+
+/// All levels, lowest first, at `scale` raster pixels per pixel of the canvas in x and y.
+fn flatten(drawing: &Drawing, scale: [f64; 2]) -> Vec<Flattened> {
+    let flatten_level = |level: crate::drawing::Level| Flattened {
+        ink: level.ink,
+        batches: level.marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks)).collect(),
+    };
+    drawing.levels().into_iter().map(flatten_level).collect()
+}
+
+fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark]) -> Polygons {
+    let larger = scale[0].max(scale[1]);
+    let mut polygons = Polygons { points: Vec::new(), outlines: Vec::with_capacity(marks.len()) };
+    let mut points = Vec::new();
+    for mark in marks {
+        match *mark {
+            Mark::Stipple(i) => {
+                polygons.push(scale, drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger).into_iter());
+            }
+            Mark::Region(i) => {
+                points.clear();
+                let path = drawing.ring_path(&drawing.regions[i as usize].exterior);
+                kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
+                    points.extend(element.end_point().map(|p| [p.x, p.y]));
+                });
+                polygons.push(scale, points.drain(..));
+            }
+        }
+    }
+    polygons
+}
+
+/// Paints in bands of `rows` rows.
+fn paint(levels: &[Flattened], width: usize, height: usize, rows: usize) -> Vec<u8> {
+    let mut values = vec![0u8; width * height];
+    values.par_chunks_mut(width * rows).enumerate().for_each(|(band, values)| {
+        paint_band(levels, width, band * rows, values);
+    });
+    values
+}
+
+/// Paints the rows from `first_row` that `values` holds.
+fn paint_band(levels: &[Flattened], width: usize, first_row: usize, values: &mut [u8]) {
+    let rows = values.len() / width;
+    let (top, bottom) = (first_row as f32, (first_row + rows) as f32);
+    let mut pixmap = Pixmap::new(width as u32, rows as u32).expect("a band has pixels, and fewer than 2^26 of them");
+    pixmap.fill(Color::WHITE);
+    for level in levels {
+        let mut builder = PathBuilder::new();
+        for batch in &level.batches {
+            for outline in batch.outlines.iter().filter(|outline| outline.bottom > top && outline.top < bottom) {
+                push_within(&mut builder, &batch.points[outline.begin..outline.end], top, bottom);
+            }
+        }
+        // An empty level, or one whose outlines all fell onto a point or a line, has no path.
+        let Some(path) = builder.finish() else { continue };
+        let mut paint = Paint { anti_alias: true, ..Paint::default() };
+        paint.set_color(match level.ink {
+            Ink::Black => Color::BLACK,
+            Ink::White => Color::WHITE,
+        });
+        pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
+    }
+    for (value, pixel) in values.iter_mut().zip(pixmap.pixels()) {
+        *value = pixel.red();
+    }
+}
+
+/// Adds a polygon, `top` rows up. Of a run of points that lie all above or all below the band, only the first and the last
+/// are needed: the line between them stays out of the band as the run did.
+fn push_within(builder: &mut PathBuilder, points: &[[f32; 2]], top: f32, bottom: f32) {
+    let side = |point: &[f32; 2]| (point[1] >= bottom) as i8 - (point[1] <= top) as i8;
+    for (i, point) in points.iter().enumerate() {
+        if i == 0 {
+            builder.move_to(point[0], point[1] - top);
+            continue;
+        }
+        let here = side(point);
+        let skipped = here != 0 && side(&points[i - 1]) == here && points.get(i + 1).is_some_and(|next| side(next) == here);
+        if !skipped {
+            builder.line_to(point[0], point[1] - top);
+        }
+    }
+    builder.close();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::layout::Layout;
+    use crate::files::svg::samples;
+
+    fn ink(raster: &Raster) -> f64 {
+        raster.values.iter().map(|v| f64::from(255 - v) / 255.0).sum()
+    }
+
+    #[test]
+    fn nested_marks_are_painted_level_by_level() {
+        let raster = rasterize(&samples::nested(), None).unwrap();
+        assert_eq!((raster.width, raster.height, raster.values.len()), (64, 48, 64 * 48));
+        let at = |x: usize, y: usize| raster.values[y * 64 + x];
+        assert_eq!([at(1, 1), at(20, 24), at(15, 24), at(62, 2), at(50, 12), at(63, 30)], [0, 255, 0, 255, 0, 0]);
+        assert!((0..48).all(|y| at(0, y) == 0), "black reaches the frame");
+    }
+
+    #[test]
+    fn a_black_canvas_has_no_fringe() {
+        let mut frame = kurbo::BezPath::new();
+        frame.move_to((0.0, 0.0));
+        for corner in [(31.0, 0.0), (31.0, 17.0), (0.0, 17.0)] {
+            frame.line_to(corner);
+        }
+        frame.close_path();
+        let drawing = samples::drawing(31, 17, vec![(frame, 1)], &[]);
+        for width in [1, 7, 31, 100, 1000] {
+            let raster = rasterize(&drawing, Some(width)).unwrap();
+            assert!(raster.values.iter().all(|v| *v == 0), "{width}");
+        }
+    }
+
+    #[test]
+    fn ink_is_area() {
+        let drawing = samples::field_of_blobs(400);
+        let dots: f64 = drawing.stipples.iter().map(|s| s.radius * s.radius * std::f64::consts::PI).sum();
+        let regions: f64 = drawing.regions.iter().map(|r| r.enclosed_area).sum();
+        let full = samples::drawing(drawing.width, drawing.height, drawing.curves.iter().map(|c| (c.clone(), 1)).collect(), &[]);
+        for scale in [1usize, 2, 4] {
+            let area = (scale * scale) as f64;
+            let all = ink(&rasterize(&drawing, Some(drawing.width * scale)).unwrap()) / area;
+            let curves = ink(&rasterize(&full, Some(drawing.width * scale)).unwrap()) / area;
+            assert!((curves / regions - 1.0).abs() < 0.005, "regions at {scale}: {curves} instead of {regions}");
+            assert!(((all - curves) / dots - 1.0).abs() < 0.01, "dots at {scale}: {} instead of {dots}", all - curves);
+        }
+    }
+
+    #[test]
+    fn small_dots_keep_their_ink_wherever_they_are() {
+        // Low-discrepancy centres, so that 4000 dots a radius show a bias of a tenth of a per cent.
+        for radius in [0.5, 0.7, 1.0, 1.5, 2.0] {
+            let dots: Vec<_> = (0..4096)
+                .map(|i| {
+                    let (u, v) = ((i as f64 * 0.754_877_666).fract(), (i as f64 * 0.569_840_29).fract());
+                    ((i % 64) as f64 * 8.0 + 3.5 + u, (i / 64) as f64 * 8.0 + 3.5 + v, radius, 1)
+                })
+                .collect();
+            let raster = rasterize(&samples::drawing(512, 512, vec![], &dots), None).unwrap();
+            let bias = ink(&raster) / (4096.0 * std::f64::consts::PI * radius * radius) - 1.0;
+            println!("radius {radius}: ink {:+.3} %", bias * 100.0);
+            assert!(bias.abs() < 0.01, "radius {radius}: {bias}");
+        }
+    }
+
+    #[test]
+    fn bands_and_threads_do_not_show() {
+        let mut drawing = samples::field_of_blobs(300);
+        drawing.curves[17] = samples::blob([150.0, 150.0], 90.0, 40);
+        let scale = [1.7, 1.7];
+        let levels = flatten(&drawing, scale);
+        let (width, height) = (490, 490);
+        let whole = paint(&levels, width, height, height);
+        for rows in [1, 7, 64] {
+            let banded = paint(&levels, width, height, rows);
+            let differences: Vec<u8> = whole.iter().zip(&banded).map(|(a, b)| a.abs_diff(*b)).filter(|d| *d > 0).collect();
+            println!("{rows} rows: {} pixels differ, at most {:?}", differences.len(), differences.iter().max());
+            assert!(differences.iter().all(|d| *d <= 16), "more than one of tiny-skia's 16 samples");
+            assert!(differences.len() <= whole.len() / 1000);
+        }
+        let threads = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        let one = threads(1).install(|| rasterize(&drawing, Some(2000)).unwrap());
+        assert!(one == threads(3).install(|| rasterize(&drawing, Some(2000)).unwrap()));
+    }
+
+    #[test]
+    fn sizes() {
+        let drawing = samples::drawing(4, 1000, vec![], &[(2.0, 500.0, 1.0, 1)]);
+        let size = |width| rasterize(&drawing, Some(width)).map(|r| (r.width, r.height)).map_err(|e| e.to_string());
+        assert_eq!(size(2), Ok((2, 500)));
+        assert_eq!(size(0), Err("width is 0, but it must be between 1 and 65535 pixels".into()));
+        assert!(size(65_536).is_err());
+        assert!(size(1000).unwrap_err().starts_with("the raster would be 1000 x 250000 pixels"));
+        let wide = samples::drawing(1000, 4, vec![], &[(500.0, 2.0, 1.0, 1)]);
+        assert_eq!(rasterize(&wide, Some(10)).map(|r| (r.width, r.height)).unwrap(), (10, 1));
+    }
+
+    #[test]
+    fn more_columns_than_a_tile_of_tiny_skia() {
+        let drawing = samples::drawing(100, 4, vec![], &[(90.0, 2.0, 1.0, 1)]);
+        let raster = rasterize(&drawing, Some(20_000)).unwrap();
+        assert!((ink(&raster) / (200.0 * 200.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3);
+        assert_eq!(raster.values[400 * 20_000 + 18_000], 0);
+    }
+
+    /// The raw file: its header, and its samples as they are stored.
+    fn decode(png: &[u8]) -> (png::Info<'static>, Vec<u8>) {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+        let mut samples = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut samples).unwrap();
+        (reader.info().clone(), samples)
+    }
+
+    fn layout(width: Option<&str>, margin: &str, dpi: Option<f64>) -> Layout {
+        Layout { width: width.map(|w| w.parse().unwrap()), margin: margin.parse().unwrap(), page: None, dpi }
+    }
+
+    #[test]
+    fn margins_are_white_and_the_resolution_is_told() {
+        let drawing = samples::nested();
+        let plain = to_png(&drawing, &Export::default()).unwrap();
+        let raster = rasterize(&drawing, None).unwrap();
+        assert_eq!(plain, encode_png(&raster).unwrap());
+        assert!(decode(&plain).0.pixel_dims.is_none());
+
+        let export = Export { layout: layout(Some("1in"), "5mm", Some(128.0)), ..Export::default() };
+        let (info, samples) = decode(&to_png(&drawing, &export).unwrap());
+        assert_eq!((info.width, info.height), (128 + 2 * 25, 96 + 2 * 25));
+        let dimensions = info.pixel_dims.unwrap();
+        assert_eq!((dimensions.xppu, dimensions.yppu, dimensions.unit), (5039, 5039, Unit::Meter));
+        let inner = rasterize(&drawing, Some(128)).unwrap();
+        for (y, row) in samples.chunks(178).enumerate() {
+            for (x, value) in row.iter().enumerate() {
+                let inside = (25..153).contains(&x) && (25..121).contains(&y);
+                assert_eq!(*value, if inside { inner.values[(y - 25) * 128 + x - 25] } else { 255 }, "{x} {y}");
+            }
+        }
+        let huge = Export { layout: layout(Some("60000px"), "0", None), ..Export::default() };
+        assert!(to_png(&drawing, &huge).unwrap_err().to_string().starts_with("the raster would be 60000 x 45000 pixels"));
+    }
+
+    #[test]
+    fn one_bit_is_the_threshold_of_the_grey() {
+        let drawing = samples::nested();
+        let export = Export { layout: layout(Some("203"), "2px", None), one_bit: true, ..Export::default() };
+        let (info, packed) = decode(&to_png(&drawing, &export).unwrap());
+        assert_eq!((info.width, info.bit_depth, info.color_type), (207, BitDepth::One, ColorType::Grayscale));
+        let (_, grey) = decode(&to_png(&drawing, &Export { one_bit: false, ..export }).unwrap());
+        for (row, bits) in grey.chunks(207).zip(packed.chunks(26)) {
+            assert!(row.iter().enumerate().all(|(x, v)| (bits[x / 8] >> (7 - x % 8) & 1 == 1) == (*v >= 128)));
+        }
+    }
+
+    #[test]
+    fn a_png_holds_the_same_values() {
+        let raster = rasterize(&samples::nested(), Some(200)).unwrap();
+        let png = encode_png(&raster).unwrap();
+        let decoded = image::load_from_memory_with_format(&png, image::ImageFormat::Png).unwrap();
+        assert_eq!(decoded.color(), image::ColorType::L8);
+        assert_eq!(decoded.into_luma8().into_raw(), raster.values);
+        assert!(encode_png(&Raster { width: 3, height: 3, values: vec![0; 8] }).is_err());
+    }
+}

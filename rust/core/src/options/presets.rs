@@ -1,0 +1,139 @@
+//! Presets: options under a name that says what they give.
+//!
+//! Each differs from the defaults in a few options; any of them can be changed again. A preset may suggest the inks to write with.
+
+use crate::base::{Error, Result};
+use crate::options::params::{Alpha, Options, Order};
+use serde::{Deserialize, Serialize};
+
+/// What a flat drawing is written with; a layered one always has both inks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Inks {
+    /// Black ink on white paper.
+    #[default]
+    Black,
+    /// White ink on black paper.
+    White,
+    /// Both, each in layers of its own.
+    Both,
+}
+
+/// A named set of options.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preset {
+    /// One lower-case word.
+    pub name: &'static str,
+    /// What it gives, in a few words.
+    pub description: &'static str,
+    /// Its options in full.
+    pub options: Options,
+    /// What a flat vector file is best drawn with.
+    pub inks: Inks,
+}
+
+/// All presets, the default first.
+pub fn presets() -> Vec<Preset> {
+    let of = |name, description, options| Preset { name, description, options, inks: Inks::Black };
+    let defaults = Options::default;
+    vec![
+        of("default", "clean shapes, dots where tone needs them", defaults()),
+        of("paper", "the published method as it is, without what we add to it", Options::paper()),
+        of(
+            "stipple",
+            "fine: dots for every tone, hardly a solid area, a little lighter than the photo",
+            Options {
+                alpha: Alpha::Constant(1.0),
+                order: Order::Global,
+                refine: 0,
+                floor: 0.3,
+                sharpen: 1.0,
+                local_contrast: 0.5,
+                relax: 3,
+                gamma: 1.5,
+                ..defaults()
+            },
+        ),
+        of(
+            "portrait",
+            "soft shading: more dots in middle tones, gentle emphasis",
+            Options { base: 0.5, crispness: 1.2, floor: 0.2, midtones: 0.9, sharpen: 1.5, local_contrast: 0.8, ..defaults() },
+        ),
+        of(
+            "linocut",
+            "bold: large smooth shapes, few marks, hardly a dot",
+            Options {
+                fineness: 1.0 / 3.0,
+                base: 0.04,
+                crispness: 8.0,
+                cohesion: 1.0,
+                midtones: 0.9,
+                sharpen: 0.0,
+                local_contrast: 3.0,
+                tolerance: 1.0,
+                ..defaults()
+            },
+        ),
+        of(
+            "poster",
+            "boldest: a few flat areas of black and white",
+            Options {
+                fineness: 0.2,
+                base: 0.0,
+                crispness: 30.0,
+                cohesion: 3.0,
+                sharpen: 0.0,
+                local_contrast: 2.0,
+                tone_tolerance: None,
+                tolerance: 1.0,
+                ..defaults()
+            },
+        ),
+        Preset {
+            inks: Inks::White,
+            ..of(
+                "scratchboard",
+                "white lines and dots scratched out of black (written as white ink on black paper)",
+                Options {
+                    gamma: 0.5,
+                    base: 0.15,
+                    crispness: 3.0,
+                    sharpen: 5.0,
+                    local_contrast: 1.0,
+                    tone_tolerance: None,
+                    ..defaults()
+                },
+            )
+        },
+    ]
+}
+
+/// The preset of a name.
+///
+/// # Errors
+/// [`Error::Option`] that lists the names.
+pub fn preset(name: &str) -> Result<Preset> {
+    presets().into_iter().find(|preset| preset.name == name).ok_or_else(|| Error::Option {
+        option: "preset",
+        value: name.to_owned(),
+        allowed: "default, paper, stipple, portrait, linocut, poster or scratchboard",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_valid_differ_and_are_found_by_name() {
+        let all = presets();
+        for (i, one) in all.iter().enumerate() {
+            one.options.validate().unwrap();
+            assert_eq!(preset(one.name).unwrap(), *one);
+            assert!(all[..i].iter().all(|other| other.name != one.name && other.options != one.options));
+        }
+        assert_eq!((all[0].options.clone(), all[1].options.clone()), (Options::default(), Options::paper()));
+        let error = preset("lino").unwrap_err().to_string();
+        assert!(all.iter().all(|one| error.contains(one.name)), "{error}");
+    }
+}

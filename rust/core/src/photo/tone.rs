@@ -1,0 +1,264 @@
+//! Tone: from the samples of an image to one grey field, and the adjustments that a user makes to it.
+//!
+//! The grey level is Rec. 601 luma, 0.299 R + 0.587 G + 0.114 B, of the sRGB-encoded values, not of linear light: a drawing is
+//! compared with the photo by eye, and equal steps of the encoded values look about equal. The option `linear` decodes the luma to
+//! linear light, for drawings that are to reflect as much light as the photo shows. Alpha is composited on a background
+//! colour, on the encoded values too, as image viewers do. Integer samples are summed in integers and divided once, so that the
+//! field is the same on every machine and 16-bit samples keep their 16 bits.
+//! What this module does not do: read files and convert colour profiles (see [`crate::photo::decode`]).
+
+use std::borrow::Cow;
+
+use rayon::prelude::*;
+
+use crate::base::{Error, Result};
+use crate::options::Options;
+use crate::photo::field::{Field, check_size};
+
+/// Samples of an image, row-major, channels interleaved.
+#[derive(Debug, Clone, Copy)]
+pub enum Samples<'a> {
+    /// 0 to 255.
+    U8(&'a [u8]),
+    /// 0 to 65535.
+    U16(&'a [u16]),
+    /// 0 to 1.
+    F32(&'a [f32]),
+}
+
+/// An image as its samples: 1 channel is grey, 2 grey and alpha, 3 sRGB, 4 sRGB and alpha (not premultiplied).
+#[derive(Debug, Clone, Copy)]
+pub struct Pixels<'a> {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// 1 to 4.
+    pub channels: usize,
+    /// `width * height * channels` samples.
+    pub samples: Samples<'a>,
+}
+
+/// The luma of an image, composited on `background` (8-bit sRGB) where it is transparent.
+///
+/// A grey sample v gives exactly v / 255 (8 bits) or v / 65535 (16 bits), rounded once to f32, and so does the colour (v, v, v).
+///
+/// # Errors
+/// [`Error::Input`] if a side is 0 or above [`crate::photo::field::MAX_SIDE`], the channels are not 1 to 4, the number of samples is
+/// not `width * height * channels`, or a float sample is not in [0, 1].
+pub fn luma(pixels: &Pixels, background: [u8; 3]) -> Result<Field> {
+    let Pixels { width, height, channels, samples } = *pixels;
+    check_size(width, height)?;
+    if !(1..=4).contains(&channels) {
+        return Err(Error::Input(format!("the image has {channels} channels, but it must have 1 to 4")));
+    }
+    let count = match samples {
+        Samples::U8(s) => s.len(),
+        Samples::U16(s) => s.len(),
+        Samples::F32(s) => s.len(),
+    };
+    if count != width * height * channels {
+        return Err(Error::Input(format!(
+            "the image has {count} samples, but {width} x {height} pixels of {channels} channels need {}",
+            width * height * channels
+        )));
+    }
+    let values = match samples {
+        Samples::U8(s) => integer_luma(s, channels, 255, background),
+        Samples::U16(s) => integer_luma(s, channels, 65_535, background),
+        Samples::F32(s) => {
+            // A NaN fails both comparisons, so it is caught too.
+            if let Some(i) = s.iter().position(|v| !(*v >= 0.0 && *v <= 1.0)) {
+                let pixel = i / channels;
+                return Err(Error::Input(format!(
+                    "the value at column {}, row {} is {}, but it must be between 0 and 1",
+                    pixel % width,
+                    pixel / width,
+                    s[i]
+                )));
+            }
+            float_luma(s, channels, background)
+        }
+    };
+    Field::new(width, height, values)
+}
+
+/// A thousand times the luma of a colour, in the units of its samples.
+fn weigh(red: u64, green: u64, blue: u64) -> u64 {
+    299 * red + 587 * green + 114 * blue
+}
+
+/// Luma of 8-bit or 16-bit samples (`max` is the value of white). Luma is linear, so the luma of the composited colour is the
+/// composited luma: one sum and one division a pixel. The sums stay below 2^53, where f64 is exact.
+fn integer_luma<T: Copy + Into<u64>>(samples: &[T], channels: usize, max: u64, background: [u8; 3]) -> Vec<f32> {
+    let [red, green, blue] = background.map(|v| u64::from(v) * (max / 255));
+    let behind = weigh(red, green, blue);
+    let opaque = |sum: u64| (sum as f64 / (1000 * max) as f64) as f32;
+    let blended = |sum: u64, alpha: u64| ((sum * alpha + behind * (max - alpha)) as f64 / (1000 * max * max) as f64) as f32;
+    match channels {
+        1 => samples.iter().map(|v| opaque(1000 * (*v).into())).collect(),
+        2 => samples.chunks_exact(2).map(|p| blended(1000 * p[0].into(), p[1].into())).collect(),
+        3 => samples.chunks_exact(3).map(|p| opaque(weigh(p[0].into(), p[1].into(), p[2].into()))).collect(),
+        _ => samples.chunks_exact(4).map(|p| blended(weigh(p[0].into(), p[1].into(), p[2].into()), p[3].into())).collect(),
+    }
+}
+
+/// Luma of float samples in [0, 1], computed in f64; the last digit may exceed 1, which the clamp takes away.
+fn float_luma(samples: &[f32], channels: usize, background: [u8; 3]) -> Vec<f32> {
+    let weigh = |red: f64, green: f64, blue: f64| 0.299 * red + 0.587 * green + 0.114 * blue;
+    let colour = |p: &[f32]| weigh(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
+    let [red, green, blue] = background.map(|v| f64::from(v) / 255.0);
+    let behind = weigh(red, green, blue);
+    let blended = |sum: f64, alpha: f64| ((sum * alpha + behind * (1.0 - alpha)) as f32).clamp(0.0, 1.0);
+    match channels {
+        1 => samples.to_vec(),
+        2 => samples.chunks_exact(2).map(|p| blended(f64::from(p[0]), f64::from(p[1]))).collect(),
+        3 => samples.chunks_exact(3).map(|p| (colour(p) as f32).clamp(0.0, 1.0)).collect(),
+        _ => samples.chunks_exact(4).map(|p| blended(colour(p), f64::from(p[3]))).collect(),
+    }
+}
+
+/// A field in 8 bits: 255 times each value, rounded to the nearest integer. It gives 8-bit grey samples back unchanged.
+pub fn luma_to_u8(luma: &Field) -> Vec<u8> {
+    // Adding a half and truncating is rounding here, since no value is negative; it vectorizes, `round` does not.
+    luma.values().iter().map(|v| (f64::from(*v) * 255.0 + 0.5) as u8).collect()
+}
+
+/// The tone that is drawn: the luma, decoded to linear light if `linear`, to the power 1 / gamma, then its distance from 0.5 times
+/// `contrast` (clipped to [0, 1]), then 1 minus it if `invert`. The default options change nothing.
+pub fn adjust(luma: &Field, options: &Options) -> Field {
+    adjusted(luma, options).into_owned()
+}
+
+/// As [`adjust`], without a copy where nothing changes.
+pub(crate) fn adjusted<'a>(luma: &'a Field, options: &Options) -> Cow<'a, Field> {
+    let Options { linear, gamma, contrast, invert, .. } = *options;
+    if !linear && gamma == 1.0 && contrast == 1.0 && !invert {
+        return Cow::Borrowed(luma);
+    }
+    let exponent = 1.0 / gamma;
+    let tone_of = |value: &f32| {
+        let mut tone = f64::from(*value);
+        if linear {
+            tone = linear_light(tone);
+        }
+        if gamma != 1.0 {
+            // libm's pow instead of the system's: the same bits on every platform.
+            tone = libm::pow(tone, exponent);
+        }
+        if contrast != 1.0 {
+            tone = 0.5 + contrast * (tone - 0.5);
+        }
+        tone = tone.clamp(0.0, 1.0);
+        (if invert { 1.0 - tone } else { tone }) as f32
+    };
+    Cow::Owned(Field::of_valid(luma.width(), luma.height(), luma.values().par_iter().map(tone_of).collect()))
+}
+
+/// The light of an sRGB-encoded value, both in [0, 1] (IEC 61966-2-1).
+fn linear_light(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WHITE: [u8; 3] = [255; 3];
+
+    fn of(channels: usize, samples: Samples, background: [u8; 3]) -> Vec<f32> {
+        let count = match samples {
+            Samples::U8(s) => s.len(),
+            Samples::U16(s) => s.len(),
+            Samples::F32(s) => s.len(),
+        };
+        luma(&Pixels { width: count / channels, height: 1, channels, samples }, background).unwrap().into_values()
+    }
+
+    #[test]
+    fn grey_samples_are_exact_and_survive_the_round_trip() {
+        let grey: Vec<u8> = (0..=255).collect();
+        let values = of(1, Samples::U8(&grey), WHITE);
+        for (v, value) in grey.iter().zip(&values) {
+            assert_eq!(*value, f32::from(*v) / 255.0);
+        }
+        assert_eq!(luma_to_u8(&Field::new(256, 1, values.clone()).unwrap()), grey);
+
+        let rgb: Vec<u8> = grey.iter().flat_map(|v| [*v; 3]).collect();
+        assert_eq!(of(3, Samples::U8(&rgb), WHITE), values);
+        let opaque: Vec<u8> = grey.iter().flat_map(|v| [*v, *v, *v, 255]).collect();
+        assert_eq!(of(4, Samples::U8(&opaque), [1, 2, 3]), values);
+
+        let deep: Vec<u16> = (0..=65_534).collect();
+        let values = of(1, Samples::U16(&deep), WHITE);
+        for (v, value) in deep.iter().zip(&values) {
+            assert_eq!(*value, f32::from(*v) / 65_535.0);
+        }
+        let rgb: Vec<u16> = deep[..20_000].iter().flat_map(|v| [*v; 3]).collect();
+        assert_eq!(of(3, Samples::U16(&rgb), WHITE), values[..20_000]);
+    }
+
+    #[test]
+    fn colours_are_weighted_by_rec_601() {
+        let primaries = [255, 0, 0, 0, 255, 0, 0, 0, 255, 10, 20, 30];
+        assert_eq!(of(3, Samples::U8(&primaries), WHITE), [0.299, 0.587, 0.114, 18_150.0 / 255_000.0]);
+        let floats = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0];
+        assert_eq!(of(3, Samples::F32(&floats), WHITE), [0.299, 0.587, 1.0]);
+    }
+
+    #[test]
+    fn transparency_shows_the_background() {
+        let grey_alpha = [0u8, 0, 0, 255, 200, 51];
+        assert_eq!(of(2, Samples::U8(&grey_alpha), WHITE), [1.0, 0.0, ((200.0 * 51.0 + 255.0 * 204.0) / 65_025.0f64) as f32]);
+        assert_eq!(of(2, Samples::U8(&grey_alpha), [0; 3])[0], 0.0);
+        assert_eq!(of(4, Samples::U8(&[9, 9, 9, 0]), [255, 0, 0]), [0.299]);
+        assert_eq!(of(4, Samples::U16(&[9, 9, 9, 0]), [0, 255, 0]), [0.587]);
+        assert_eq!(of(4, Samples::F32(&[0.0, 0.0, 0.0, 0.5]), WHITE), [0.5]);
+        assert_eq!(of(2, Samples::F32(&[0.25, 1.0]), WHITE), [0.25]);
+    }
+
+    #[test]
+    fn what_is_not_an_image_is_refused_in_one_sentence() {
+        let message = |width, channels, samples: Samples| {
+            luma(&Pixels { width, height: 2, channels, samples }, WHITE).unwrap_err().to_string()
+        };
+        assert_eq!(message(1, 5, Samples::U8(&[0; 10])), "the image has 5 channels, but it must have 1 to 4");
+        assert_eq!(message(1, 0, Samples::U8(&[])), "the image has 0 channels, but it must have 1 to 4");
+        assert_eq!(message(3, 3, Samples::U16(&[0; 17])), "the image has 17 samples, but 3 x 2 pixels of 3 channels need 18");
+        assert!(message(0, 1, Samples::U8(&[])).starts_with("the image is 0 x 2 pixels"));
+        let nan = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::NAN];
+        let negative = [0.0, 0.0, 0.0, -0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(message(3, 2, Samples::F32(&nan)), "the value at column 2, row 1 is NaN, but it must be between 0 and 1");
+        assert_eq!(message(3, 2, Samples::F32(&negative)), "the value at column 1, row 0 is -0.5, but it must be between 0 and 1");
+    }
+
+    #[test]
+    fn adjustments_follow_their_formula() {
+        let luma = Field::new(5, 1, vec![0.0, 0.25, 0.5, 0.81, 1.0]).unwrap();
+        let adjusted = |gamma: f64, contrast: f64, invert: bool| {
+            adjust(&luma, &Options { gamma, contrast, invert, ..Options::default() }).into_values()
+        };
+        assert_eq!(adjusted(1.0, 1.0, false), luma.values());
+        assert_eq!(adjusted(1.0, 1.0, true), [1.0, 0.75, 0.5, (1.0 - f64::from(0.81f32)) as f32, 0.0]);
+        assert_eq!(adjusted(2.0, 1.0, false), [0.0, 0.5, libm::pow(0.5, 0.5) as f32, 0.9, 1.0]);
+        assert_eq!(adjusted(1.0, 2.0, false), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(adjusted(1.0, 0.0, true), [0.5; 5]);
+        // Gamma comes before contrast, contrast before inversion.
+        assert_eq!(adjusted(0.5, 2.0, true)[2], 1.0);
+        for gamma in [0.1, 10.0] {
+            assert!(adjusted(gamma, 10.0, false).iter().all(|v| (0.0..=1.0).contains(v)));
+        }
+    }
+
+    #[test]
+    fn linear_light_is_srgb_decoded_before_all_else() {
+        let luma = Field::new(5, 1, vec![0.0, 0.04, 0.04045, 0.5, 1.0]).unwrap();
+        let linear = Options { linear: true, ..Options::default() };
+        let expected = [0.0, 0.003_095_975, 0.003_130_805, 0.214_041_14, 1.0];
+        for (value, expected) in adjust(&luma, &linear).values().iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-7, "{value} instead of {expected}");
+        }
+        let bright = adjust(&luma, &Options { gamma: 2.0, ..linear });
+        assert!((bright.values()[3] - 0.214_041_14f32.sqrt()).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,275 @@
+//! The whole method: the only file that knows the order of the stages.
+//!
+//! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
+//! graph -> node tones -> labels, refined, fused dots split -> components -> outlines -> drawing.
+//!
+//! Every stage is handed the options as [`crate::pipeline::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
+//! that of a [`crate::pipeline::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::base::{Control, Error, Result, STAGES};
+use crate::diffusion::{Diffusion, diffuse};
+use crate::drawing::{Drawing, Provenance, Stats, assemble};
+use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
+use crate::importance::Importance;
+use crate::labels::{Labels, Refinement, refine, split};
+use crate::options::{Carry, Crossings, Options};
+use crate::outlines::{Nodes, Shaping, outline};
+use crate::photo::{Field, adjusted, emphasize, emphasize_and_off, off_blurred};
+use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
+use crate::pipeline::needs::{Needs, identical};
+use crate::sites::{FirstGraph, keep, kept_sites, lattice_values, relax};
+
+/// A drawing, and what the stages made on the way to it. The large parts are shared with the session, if it was made in one.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The vector result.
+    pub drawing: Arc<Drawing>,
+    /// Counts and times.
+    pub stats: Stats,
+    /// The second graph.
+    pub graph: Arc<Graph>,
+    /// Cells of the nodes, with the emphasized tone in each.
+    pub cells: Arc<TonedCells>,
+    /// Label of every node: 0 black, 1 white.
+    pub labels: Arc<Labels>,
+    /// Component of every node.
+    pub components: Arc<Components>,
+    /// The importance on the canvas, before the budget's factor.
+    pub importance: Arc<Field>,
+}
+
+/// Draws a photo given as luma.
+///
+/// # Errors
+/// [`Error::Option`] for an option out of range, [`Error::Input`] for an importance map or canvas that cannot be used,
+/// [`Error::Cancelled`] after [`Control::cancel`].
+pub fn draw(luma: &Field, importance: &Importance, options: &Options, control: &Control) -> Result<Outcome> {
+    draw_with(Cow::Borrowed(luma), Cow::Borrowed(importance), options, control, &mut Memory::new(false))
+}
+
+/// As [`draw`], with 8 bytes a pixel less at the peak: the photo and its map are given back as soon as they are done with.
+///
+/// # Errors
+/// As [`draw`].
+pub fn draw_owned(luma: Field, importance: Importance, options: &Options, control: &Control) -> Result<Outcome> {
+    draw_with(Cow::Owned(luma), Cow::Owned(importance), options, control, &mut Memory::new(false))
+}
+
+/// Draws from what the memory has, and leaves there what it keeps.
+///
+/// # Errors
+/// As [`draw`]. The memory then has only whole results, each with what it was made from.
+pub(crate) fn draw_with(
+    luma: Cow<Field>,
+    importance: Cow<Importance>,
+    options: &Options,
+    control: &Control,
+    memory: &mut Memory,
+) -> Result<Outcome> {
+    options.validate()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| Error::Internal(format!("the worker threads did not start: {e}")))?;
+    let provenance = Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        importance: importance.name(),
+        options: Options { threads: None, ..options.clone() },
+    };
+    let needs = Needs::of(options, &importance);
+    let budget = options.budget((luma.width() * luma.height()) as f64);
+    let stats = Stats {
+        width: luma.width(),
+        height: luma.height(),
+        density: budget.density,
+        node_budget: budget.nodes.map(|n| n.round() as usize),
+        ..Stats::default()
+    };
+    let stages = Stages { control, began: Instant::now(), stats };
+    pool.install(|| run(luma, importance, &needs, provenance, stages, memory))
+}
+
+/// Times the stages and tells the control where the work is.
+struct Stages<'a> {
+    control: &'a Control,
+    began: Instant,
+    stats: Stats,
+}
+
+impl Stages<'_> {
+    /// A stage that may be done in parts, whose seconds add up.
+    fn run<T>(&mut self, stage: usize, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        self.control.begin(stage)?;
+        let began = Instant::now();
+        let result = work()?;
+        *self.stats.seconds.entry(STAGES[stage].0.to_owned()).or_default() += began.elapsed().as_secs_f64();
+        Ok(result)
+    }
+
+    /// As [`Stages::run`], unless the slot has the result.
+    fn run_unless_kept<T>(
+        &mut self,
+        stage: usize,
+        slot: &mut Slot<T>,
+        needs: &Options,
+        work: impl FnOnce(&Options) -> Result<T>,
+    ) -> Result<Arc<T>> {
+        match slot.get(needs) {
+            Some(kept) => Ok(kept),
+            None => Ok(slot.put(needs, self.run(stage, || work(needs))?)),
+        }
+    }
+
+    /// Two stages that do not need each other, on two threads if there are two; on one, the second runs first. Their seconds overlap.
+    fn run_both<A: Send, B: Send>(
+        &mut self,
+        first: usize,
+        second: usize,
+        first_work: impl FnOnce() -> Result<A> + Send,
+        second_work: impl FnOnce() -> Result<B> + Send,
+    ) -> Result<(A, B)> {
+        self.control.begin(first)?;
+        let timed = |stage: usize, began: Instant| (STAGES[stage].0.to_owned(), began.elapsed().as_secs_f64());
+        let began = Instant::now();
+        let (b, a) = rayon::join(
+            || second_work().map(|result| (result, timed(second, began))),
+            || first_work().map(|result| (result, timed(first, began))),
+        );
+        let ((a, first_time), (b, second_time)) = (a?, b?);
+        self.stats.seconds.extend([first_time, second_time]);
+        Ok((a, b))
+    }
+}
+
+/// All stages. What a stage made is dropped here as soon as no other needs it, and is gone with that unless the memory keeps it.
+fn run(
+    luma: Cow<Field>,
+    importance: Cow<Importance>,
+    needs: &Needs,
+    provenance: Provenance,
+    mut stages: Stages,
+    memory: &mut Memory,
+) -> Result<Outcome> {
+    let (width, height) = (luma.width(), luma.height());
+    let (pixels, control) = ((width * height) as f64, stages.control);
+
+    let tone = stages.run_unless_kept(0, &mut memory.tone, &needs.tone, |needs| {
+        let tone = adjusted(&luma, needs);
+        let mean = tone.mean();
+        let adjusted = match tone {
+            Cow::Owned(field) => Some(field),
+            Cow::Borrowed(_) => None,
+        };
+        Ok(Tone { mean, adjusted })
+    })?;
+    let mean = tone.mean;
+    let plain = tone.adjusted.as_ref().unwrap_or(&luma);
+    // Emphasis and importance share a blur where both are to be made.
+    let wants_off = importance.needs_detail(&needs.importance) && memory.importance.get(&needs.importance).is_none();
+    let mut off = None;
+    let emphasized = stages.run_unless_kept(0, &mut memory.emphasis, &needs.emphasis, |needs| {
+        let spacing = needs.budget(pixels).spacing;
+        if !wants_off {
+            return Ok(emphasize(plain, spacing, needs));
+        }
+        let (emphasized, found) = emphasize_and_off(plain, spacing, needs);
+        off = Some(found);
+        Ok(emphasized)
+    })?;
+    let field = stages.run_unless_kept(0, &mut memory.importance, &needs.importance, |needs| {
+        let spacing = needs.budget(pixels).spacing;
+        let off = off.take().or_else(|| wants_off.then(|| off_blurred(plain, spacing)));
+        importance.mixed_with(off, &emphasized, spacing, needs)
+    })?;
+    drop((tone, luma, importance));
+    let first = first_graph_of(&field, &needs.first_graph, &mut stages, &mut memory.first_graph)?;
+    (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
+    let (triangulation, cells) = second_graph_of(first, emphasized, needs, &mut stages, memory)?;
+    let labels = stages.run_unless_kept(5, &mut memory.labels, &needs.labels, |needs| {
+        let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
+        let carried = (needs.carry == Carry::Area).then_some(&areas[..]);
+        let mut labels = diffuse(graph, means, carried, &Diffusion::of_tone(needs), control)?;
+        let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
+        split(graph, means, &mut labels, needs.split)?;
+        Ok(Labels { labels, shift })
+    })?;
+    let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
+    let components = stages.run_unless_kept(6, &mut memory.components, &needs.labels, connected)?;
+    let outlined = stages.run_unless_kept(6, &mut memory.outlines, &needs.outlines, |needs| {
+        let followed = (needs.crossings == Crossings::Tone).then_some(&cells.means[..]);
+        let nodes = Nodes { labels: &labels.labels, areas: &cells.areas, tones: followed };
+        let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
+        let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..assemble(outlines.parts)? });
+        let (anchors, coordinates) = drawing.count_written();
+        Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
+    })?;
+    let outlined = signed(outlined, provenance, &needs.outlines, &mut memory.outlines);
+
+    let mut stats = stages.stats;
+    stats.seconds.insert("total".to_owned(), stages.began.elapsed().as_secs_f64());
+    let stats = Stats {
+        nodes: labels.labels.len(),
+        tone_shift: labels.shift,
+        stipples: outlined.drawing.stipples.len(),
+        regions: outlined.drawing.regions.len(),
+        vertices: outlined.vertices,
+        anchors: outlined.anchors,
+        coordinates: outlined.coordinates,
+        ..stats
+    };
+    let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
+    Ok(Outcome { drawing, stats, graph, cells, labels, components, importance: field })
+}
+
+/// The first graph of an importance on the canvas.
+fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mut Slot<FirstGraph>) -> Result<Arc<FirstGraph>> {
+    if let Some(kept) = slot.get(needs) {
+        return Ok(kept);
+    }
+    let control = stages.control;
+    let budget = needs.budget((field.width() * field.height()) as f64);
+    let (lattice, values) = stages.run(0, || lattice_values(field, budget.density, needs, control))?;
+    let first = stages.run(1, || keep(lattice, &values, budget.nodes, needs, control))?;
+    Ok(slot.put(needs, first))
+}
+
+/// The second graph, and the cells of its nodes with their tone.
+fn second_graph_of(
+    first: Arc<FirstGraph>,
+    tone: Arc<Field>,
+    needs: &Needs,
+    stages: &mut Stages,
+    memory: &mut Memory,
+) -> Result<(Arc<Triangulation>, Arc<TonedCells>)> {
+    let (width, height, control) = (tone.width(), tone.height(), stages.control);
+    let samples = |needs: &Options| samples_per_pixel(needs.budget((width * height) as f64).density);
+    if let Some(kept) = memory.second_graph.get(&needs.second_graph) {
+        let of_kept = |needs: &Options| toned_cells(&kept.graph.sites, &tone, samples(needs), control);
+        let cells = stages.run_unless_kept(4, &mut memory.cells, &needs.cells, of_kept)?;
+        return Ok((kept, cells));
+    }
+    let sites = stages.run(2, || {
+        let sites = kept_sites(&first, width as f64, height as f64);
+        drop(first);
+        relax(sites, width, height, needs.second_graph.relax, samples(&needs.second_graph), control)
+    })?;
+    // The cells need the sites alone, so they are found beside the triangulation: neither waits at the serial parts of the other.
+    // The tone is given back as soon as they have it.
+    let (of, samples) = (&sites, samples(&needs.cells));
+    let (edges, cells) =
+        stages.run_both(3, 4, || Edges::of(of, width, height, control), move || toned_cells(of, &tone, samples, control))?;
+    Ok((memory.second_graph.put(&needs.second_graph, edges.with_sites(sites)), memory.cells.put(&needs.cells, cells)))
+}
+
+/// The drawing with its provenance. A kept one may have been made with other options, of which no stage needed the difference.
+fn signed(outlined: Arc<Outlined>, provenance: Provenance, needs: &Options, slot: &mut Slot<Outlined>) -> Arc<Outlined> {
+    if identical(&outlined.drawing.provenance.options, &provenance.options) {
+        return outlined;
+    }
+    let drawing = Arc::new(Drawing { provenance, ..(*outlined.drawing).clone() });
+    slot.put(needs, Outlined { drawing, ..*outlined })
+}

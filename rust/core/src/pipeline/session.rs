@@ -1,0 +1,253 @@
+//! A session: one photo drawn again and again, each time from where the options begin to differ.
+//!
+//! Every stage's last result is kept with what the stage needed of the options (see [`crate::pipeline::needs`]). A stage that needs the same
+//! as last time is not run. That is all: the stages, their order and what they return are those of [`crate::draw`], which is a
+//! session that keeps nothing, so a drawing does not depend on what was drawn before it.
+//!
+//! # Memory
+//! A session holds the luma (4 bytes a pixel) and the importance as given (a map: 4 bytes for each of its pixels), and keeps 8 bytes
+//! a pixel (emphasized tone, importance on the canvas), 4 more if the tone is not the luma, 1 byte a lattice node, 90 bytes a node
+//! of the second graph, and the last drawing (some 60 bytes for each of its points). While it draws, this comes on top of what
+//! [`crate::draw`] needs. The parts that an [`Outcome`] has are shared with it, not copied.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use crate::base::{Control, Result};
+use crate::importance::Importance;
+use crate::options::Options;
+use crate::photo::Field;
+use crate::pipeline::draw::{Outcome, draw_with};
+use crate::pipeline::memory::Memory;
+
+/// A photo and its importance, with what the last drawing of them left.
+pub struct Session {
+    luma: Field,
+    importance: Importance,
+    memory: Memory,
+}
+
+impl Session {
+    /// A session on a photo given as luma; nothing is computed yet.
+    pub fn new(luma: Field, importance: Importance) -> Self {
+        Self { luma, importance, memory: Memory::new(true) }
+    }
+
+    /// The photo's luma.
+    pub fn luma(&self) -> &Field {
+        &self.luma
+    }
+
+    /// The importance as given.
+    pub fn importance(&self) -> &Importance {
+        &self.importance
+    }
+
+    /// Draws the photo as [`crate::draw`] does, to the last bit, but runs only the stages that these options change: those, and
+    /// no others, are in the stats' seconds.
+    ///
+    /// # Errors
+    /// As [`crate::draw`]. The session can be used afterwards as if that drawing had not been asked for; what was finished is kept.
+    pub fn draw(&mut self, options: &Options, control: &Control) -> Result<Outcome> {
+        draw_with(Cow::Borrowed(&self.luma), Cow::Borrowed(&self.importance), options, control, &mut self.memory)
+    }
+}
+
+impl fmt::Debug for Session {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = (self.luma.width(), self.luma.height());
+        f.debug_struct("Session").field("size", &size).field("importance", &self.importance.name()).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::base::{Error, STAGES};
+    use crate::drawing::Stats;
+    use crate::files::{Export, to_json, to_svg};
+    use crate::options::Alpha;
+    use crate::pipeline::draw::draw;
+    use crate::pipeline::needs::tests::{CHANGES, busy, changed, importances};
+
+    /// Blobs, a gradient and an edge.
+    fn photo(width: usize, height: usize) -> Field {
+        let value = |i: usize| {
+            let (x, y) = ((i % width) as f64, (i / width) as f64);
+            let wave = 0.5 + 0.25 * (x * 0.7).sin() * (y * 0.5).cos() + 0.2 * (x / width as f64 - 0.5);
+            (if x > y + 20.0 { 0.6 * wave } else { wave }) as f32
+        };
+        Field::new(width, height, (0..width * height).map(value).collect()).unwrap()
+    }
+
+    fn session(which: usize) -> Session {
+        Session::new(photo(48, 36), importances(48, 36)[which].clone())
+    }
+
+    /// The same options drawn from the start.
+    fn fresh(session: &Session, options: &Options) -> Result<Outcome> {
+        draw(session.luma(), session.importance(), options, &Control::new())
+    }
+
+    fn redrawn(session: &mut Session, options: &Options) -> Outcome {
+        session.draw(options, &Control::new()).unwrap()
+    }
+
+    fn assert_equal(made: Outcome, expected: Outcome) {
+        let without_times = |outcome: &Outcome| Stats { seconds: Default::default(), ..outcome.stats.clone() };
+        assert_eq!(without_times(&made), without_times(&expected));
+        assert_eq!(to_json(&made.drawing), to_json(&expected.drawing));
+        let text = |outcome: &Outcome| to_svg(&outcome.drawing, &Export::default()).unwrap();
+        assert_eq!(text(&made), text(&expected));
+        assert!(
+            made.drawing == expected.drawing
+                && made.graph == expected.graph
+                && made.labels == expected.labels
+                && made.cells == expected.cells
+        );
+        assert!(made.components == expected.components && made.importance == expected.importance);
+    }
+
+    /// The stages that a drawing took.
+    fn stages(outcome: &Outcome) -> Vec<&str> {
+        outcome.stats.seconds.keys().map(String::as_str).filter(|name| *name != "total").collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// Every step changes one option or several, there or back; what cannot be drawn is refused alike, and changes nothing.
+        #[test]
+        fn whatever_is_changed_the_drawing_is_that_of_a_fresh_run(
+            which in 0usize..3,
+            start in prop_oneof![Just(Options::default()), Just(Options::paper()), Just(busy())],
+            steps in prop::collection::vec(prop::collection::vec(0..CHANGES.len(), 1..4), 1..10),
+        ) {
+            let mut session = session(which);
+            let mut bits = 0u64;
+            for flipped in std::iter::once(&Vec::new()).chain(&steps) {
+                flipped.iter().for_each(|i| bits ^= 1 << i);
+                let options = changed(start.clone(), bits);
+                match (session.draw(&options, &Control::new()), fresh(&session, &options)) {
+                    (Ok(made), Ok(expected)) => assert_equal(made, expected),
+                    (Err(error), Err(expected)) => prop_assert_eq!(error.to_string(), expected.to_string()),
+                    (made, expected) => prop_assert!(false, "{:?} {:?}", made.is_ok(), expected.is_ok()),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_option_there_and_back() {
+        let mut session = session(2);
+        let first = redrawn(&mut session, &busy());
+        for change in CHANGES {
+            let mut options = busy();
+            change(&mut options);
+            let made = redrawn(&mut session, &options);
+            // All but these show (no dots are fused after the refinement): an option that reached its stage too late, or not at
+            // all, would not.
+            let Options { background, split, .. } = busy();
+            let shows = options.threads.is_none() && (options.background == background) && options.split == split;
+            let differs = made.drawing.curves != first.drawing.curves || made.drawing.stipples != first.drawing.stipples;
+            assert_eq!(differs, shows, "{options:?}");
+            assert_equal(made, fresh(&session, &options).unwrap());
+            assert_equal(redrawn(&mut session, &busy()), first.clone());
+        }
+        let dark =
+            Options { refine: 0, gamma: 0.4, alpha: Alpha::Constant(1.0), sharpen: 0.0, local_contrast: 0.0, ..Options::default() };
+        let [fused, apart] = [0, 12].map(|split| redrawn(&mut session, &Options { split, ..dark.clone() }));
+        assert_ne!(fused.labels, apart.labels);
+    }
+
+    #[test]
+    fn only_what_changed_is_run() {
+        type Step = (fn(&mut Options), &'static [&'static str]);
+        let steps: [Step; 9] = [
+            (|_| (), &["diffusion", "importance", "lattice", "outlines", "relaxation", "tone", "triangulation"]),
+            (|_| (), &[]),
+            (|o| o.threads = Some(2), &[]),
+            (|o| o.background = "black".to_owned(), &[]),
+            // Tonal alpha does not ask for it.
+            (|o| o.detail_gain = 2.0, &[]),
+            (|o| o.stipple_scale = 0.9, &["outlines"]),
+            (|o| o.alpha = Alpha::Dynamic, &["diffusion", "outlines"]),
+            (|o| o.detail_gain = 3.0, &["diffusion", "outlines"]),
+            (|o| o.relax = 2, &["diffusion", "outlines", "relaxation", "tone", "triangulation"]),
+        ];
+        let (mut session, mut options) = (session(2), Options::default());
+        for (change, expected) in steps {
+            change(&mut options);
+            let made = redrawn(&mut session, &options);
+            assert_eq!(stages(&made), expected, "{options:?}");
+            assert_equal(made, fresh(&session, &options).unwrap());
+        }
+    }
+
+    #[test]
+    fn nodes_that_do_not_depend_on_the_tone_stay() {
+        let mut session = session(0);
+        let before = redrawn(&mut session, &Options::default());
+        let brighter = Options { gamma: 1.3, ..Options::default() };
+        let made = redrawn(&mut session, &brighter);
+        assert_eq!(stages(&made), ["diffusion", "lattice", "outlines", "tone"]);
+        assert!(Arc::ptr_eq(&made.graph, &before.graph));
+        assert_equal(made, fresh(&session, &brighter).unwrap());
+    }
+
+    #[test]
+    fn options_that_change_nothing_give_the_last_drawing_again() {
+        let mut session = session(2);
+        let [first, again] = [None, Some(2)].map(|threads| redrawn(&mut session, &Options { threads, ..Options::default() }));
+        assert!(Arc::ptr_eq(&first.drawing, &again.drawing) && Arc::ptr_eq(&first.graph, &again.graph));
+        // To the last bit: what is written as -0 is not what is written as 0.
+        let minus = Options { tolerance: -0.0, ..Options::default() };
+        assert_equal(redrawn(&mut session, &minus), fresh(&session, &minus).unwrap());
+    }
+
+    #[test]
+    fn what_fails_leaves_the_session_as_it_was() {
+        let mut session = session(2);
+        let first = redrawn(&mut session, &Options::default());
+        assert!(session.draw(&Options { gamma: 0.0, ..Options::default() }, &Control::new()).is_err());
+        let again = redrawn(&mut session, &Options::default());
+        assert!(stages(&again).is_empty() && Arc::ptr_eq(&again.drawing, &first.drawing));
+        // Refused only when the lattice is there.
+        let too_many = Options { density: Some(0.5), nodes: Some(100_000), gamma: 1.5, ..Options::default() };
+        assert!(matches!(session.draw(&too_many, &Control::new()), Err(Error::Input(_))));
+        let again = redrawn(&mut session, &Options::default());
+        assert_eq!(stages(&again), ["lattice"]);
+        assert_equal(again, first);
+    }
+
+    #[test]
+    fn a_session_goes_on_after_being_stopped_anywhere() {
+        let mut session = Session::new(photo(160, 120), importances(160, 120)[2].clone());
+        let options = [Options::default(), Options { gamma: 1.4, relax: 3, ..Options::default() }];
+        let expected = options.clone().map(|options| fresh(&session, &options).unwrap());
+        for (i, at) in STAGES.iter().map(|stage| stage.0).enumerate() {
+            let (control, is_done) = (Control::new(), AtomicBool::new(false));
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    while control.progress().0 != at && !is_done.load(Ordering::Relaxed) {
+                        std::hint::spin_loop();
+                    }
+                    control.cancel();
+                });
+                // It may be done before it is stopped: what counts is what comes next.
+                let stopped = session.draw(&options[(i + 1) % 2], &control);
+                is_done.store(true, Ordering::Relaxed);
+                assert!(matches!(stopped, Ok(_) | Err(Error::Cancelled)));
+            });
+            assert_equal(redrawn(&mut session, &options[i % 2]), expected[i % 2].clone());
+        }
+        let control = Control::new();
+        control.cancel();
+        assert!(matches!(session.draw(&Options { relax: 5, ..Options::default() }, &control), Err(Error::Cancelled)));
+    }
+}

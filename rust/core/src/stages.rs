@@ -1,0 +1,34 @@
+//! The stages, each callable alone, and the data that they hand to one another; in the order of the data.
+
+// What all stages share: the geometry of the canvas, inks and colours.
+pub use crate::base::{FLATTENING_TOLERANCE, Ink, Side, parse_color, signed_area};
+// What options hold.
+pub use crate::options::{
+    Alpha, Budget, Carry, Crossings, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Inks, LatticeKind, Order, Preset,
+};
+// From a photo to the tone.
+pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, decode, emphasize, luma, luma_to_u8};
+// Where detail is wanted.
+pub use crate::importance::{Source, fine_grained};
+// Graphs, and what is found on them.
+pub use crate::graph::{
+    Adjacency, Beside, Cells, Components, FRAME_MARGIN, Graph, Lattice, TonedCells, Triangulation, cells, components,
+    lattice_means, owners, samples_per_pixel, toned_cells, triangulate,
+};
+// Error diffusion on any graph.
+pub use crate::diffusion::{Diffusion, diffuse, tonal_share};
+// Where nodes are.
+pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, relax};
+// What is black and what is white.
+pub use crate::labels::{Labels, Refinement, refine, split};
+// From labels to shapes.
+pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
+// The drawing as data.
+pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, assemble};
+// How files are written.
+pub use crate::files::{
+    Area, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, Sheet, Style, Unit, raster, to_dxf, to_eps,
+    to_json, to_pdf, to_svg,
+};
+// The whole method, giving back its memory as it goes.
+pub use crate::pipeline::draw_owned;
