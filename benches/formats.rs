@@ -6,11 +6,8 @@ use std::time::Instant;
 
 use graphstipple_bench::{Photo, is_smoke_run, options, photo};
 use graphstipple_cli::files::{Format, encode};
-use graphstipple_core::control::Control;
-use graphstipple_core::export::Export;
-use graphstipple_core::layers::{Inks, Outline, Style};
-use graphstipple_core::pipeline::draw;
-use graphstipple_core::{Drawing, Outcome};
+use graphstipple_core::stages::{Inks, Outline, Style};
+use graphstipple_core::{Control, Drawing, Export, Outcome, draw};
 use kurbo::PathEl;
 
 /// One and four megapixels.

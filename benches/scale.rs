@@ -9,9 +9,8 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use graphstipple_bench::{Photo, after, is_smoke_run, median, options, photo};
-use graphstipple_core::control::Control;
-use graphstipple_core::pipeline::draw;
-use graphstipple_core::{Alpha, Options, Session};
+use graphstipple_core::stages::Alpha;
+use graphstipple_core::{Control, Options, Session, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 /// A size to measure.

@@ -8,9 +8,8 @@
 //! its textures are value noise whose octaves go on down to two pixels. Only integers, the four operations and square roots are used, so the
 //! photo is the same on every machine, whatever the number of threads.
 
-use graphstipple_core::Field;
-use graphstipple_core::importance::Importance;
-use graphstipple_core::saliency::fine_grained;
+use graphstipple_core::stages::fine_grained;
+use graphstipple_core::{Field, Importance};
 
 /// What a drawing is made from.
 #[derive(Debug, Clone)]

@@ -3,22 +3,12 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use graphstipple_core::components::components;
-use graphstipple_core::control::Control;
-use graphstipple_core::diffusion::{Diffusion, diffuse};
-use graphstipple_core::emphasis::emphasize;
-use graphstipple_core::error::Result;
-use graphstipple_core::export::Export;
-use graphstipple_core::outline::{Nodes, Shaping, outline};
-use graphstipple_core::pipeline::{FirstGraph, draw, first_graph, kept_sites};
-use graphstipple_core::raster::rasterize;
-use graphstipple_core::refine::{Refinement, refine};
-use graphstipple_core::saliency::fine_grained;
-use graphstipple_core::scan::diffuse_lattice;
-use graphstipple_core::svg::to_svg;
-use graphstipple_core::triangulation::{Triangulation, triangulate};
-use graphstipple_core::voronoi::{cells, lattice_means, relax, samples_per_pixel};
-use graphstipple_core::{Field, Options, Outcome};
+use graphstipple_core::stages::{
+    Diffusion, FirstGraph, Nodes, Refinement, Shaping, Triangulation, assemble, cells, components, diffuse, diffuse_lattice,
+    emphasize, fine_grained, first_graph, kept_sites, lattice_means, outline, raster::rasterize, refine, relax, samples_per_pixel,
+    to_svg, triangulate,
+};
+use graphstipple_core::{Control, Export, Field, Options, Outcome, Result, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 use crate::Photo;
@@ -193,7 +183,7 @@ impl Prepared {
             ),
             Stage::new("components_and_outlines", Mixed, move || {
                 let components = components(graph, labels);
-                outline(&self.triangulation, nodes(), &components, (width, height), shaping, control)
+                assemble(outline(&self.triangulation, nodes(), &components, (width, height), shaping, control)?.parts)
             }),
             Stage::new("svg", Serial, move || to_svg(&outcome.drawing, &Export::default())),
             Stage::new("rasterize", Parallel, move || rasterize(&outcome.drawing, None)),

@@ -5,12 +5,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use graphstipple_core::export::Export;
-use graphstipple_core::importance::Source;
-use graphstipple_core::layers::{Inks, Style};
-use graphstipple_core::layout::{Layout, Length, Page};
-use graphstipple_core::presets::{self, Preset};
-use graphstipple_core::{Alpha, Carry, Crossings, LatticeKind, Options, Order, field, tone};
+use graphstipple_core::stages::{
+    Alpha, Carry, Crossings, Inks, LatticeKind, Layout, Length, MAX_SIDE, Order, Page, Preset, Source, Style, parse_color,
+};
+use graphstipple_core::{Export, Options, presets};
 
 use crate::error::{Error, Result};
 use crate::files::{Format, is_same_file};
@@ -299,7 +297,7 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         let options = self.options();
         options.validate().map_err(in_flags)?;
-        let background = tone::parse_color(&options.background).map_err(in_flags)?;
+        let background = parse_color(&options.background).map_err(in_flags)?;
         let importance = Source::parse(&self.importance).map_err(in_flags)?;
         let photo = (self.photo != Path::new(STANDARD)).then(|| self.photo.clone());
         let output = if self.output == Path::new(STANDARD) {
@@ -407,8 +405,8 @@ pub(crate) fn in_flags(error: graphstipple_core::Error) -> Error {
 
 fn parse_width(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(width) if (1..=field::MAX_SIDE).contains(&width) => Ok(width),
-        _ => Err(format!("it must be between 1 and {} pixels", field::MAX_SIDE)),
+        Ok(width) if (1..=MAX_SIDE).contains(&width) => Ok(width),
+        _ => Err(format!("it must be between 1 and {} pixels", MAX_SIDE)),
     }
 }
 

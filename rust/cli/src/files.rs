@@ -8,8 +8,8 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use graphstipple_core::export::Export;
-use graphstipple_core::{Drawing, Field, decode, dxf, eps, json, load, pdf, raster, svg};
+use graphstipple_core::stages::{self, raster, to_dxf, to_eps, to_json, to_pdf, to_svg};
+use graphstipple_core::{Drawing, Export, Field, load};
 
 use crate::error::{Error, Result};
 
@@ -92,7 +92,7 @@ pub fn read_standard_input(background: [u8; 3]) -> Result<Field> {
 }
 
 fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3]) -> Result<Field> {
-    decode::decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })
+    stages::decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })
 }
 
 /// The bytes of a drawing's file.
@@ -102,12 +102,12 @@ fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3]) -> Result<Field>
 pub fn encode(drawing: &Drawing, format: Format, export: &Export) -> Result<Vec<u8>> {
     format.check(export)?;
     Ok(match format {
-        Format::Svg => svg::to_svg(drawing, export)?.into_bytes(),
-        Format::Pdf => pdf::to_pdf(drawing, export)?,
-        Format::Eps => eps::to_eps(drawing, export)?.into_bytes(),
-        Format::Dxf => dxf::to_dxf(drawing, export)?.into_bytes(),
+        Format::Svg => to_svg(drawing, export)?.into_bytes(),
+        Format::Pdf => to_pdf(drawing, export)?,
+        Format::Eps => to_eps(drawing, export)?.into_bytes(),
+        Format::Dxf => to_dxf(drawing, export)?.into_bytes(),
         Format::Png => raster::to_png(drawing, export)?,
-        Format::Json => json::to_json(drawing).into_bytes(),
+        Format::Json => to_json(drawing).into_bytes(),
     })
 }
 
@@ -209,8 +209,7 @@ fn folder_of(path: &Path) -> &Path {
 
 #[cfg(test)]
 mod tests {
-    use graphstipple_core::drawing::{Ink, Mark, Provenance, Stipple};
-    use graphstipple_core::layout::Layout;
+    use graphstipple_core::stages::{Ink, Layout, Mark, Provenance, Stipple};
 
     use super::*;
 

@@ -16,9 +16,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use graphstipple_core::importance::{Importance, Source};
 use graphstipple_core::presets::presets;
-use graphstipple_core::{Control, Field, pipeline, raster, saliency, tone};
+use graphstipple_core::stages::{Source, draw_owned, fine_grained, luma_to_u8, raster};
+use graphstipple_core::{Control, Field, Importance};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use arguments::{Arguments, Job, Output, in_flags};
@@ -122,7 +122,7 @@ fn print(mut stream: impl Write, bytes: &[u8]) -> Result<()> {
 struct Made {
     files: Vec<(PathBuf, Vec<u8>)>,
     standard_output: Option<Vec<u8>>,
-    stats: graphstipple_core::drawing::Stats,
+    stats: graphstipple_core::stages::Stats,
 }
 
 /// Does the job on a thread of its own and waits for it or for an interruption.
@@ -170,7 +170,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let stage = if matches!(importance, Importance::Saliency(_)) { "saliency" } else { "decoding" };
     *seconds.entry(stage).or_insert(0.0) += begin.elapsed().as_secs_f64();
     control.check()?;
-    let outcome = pipeline::draw_owned(luma, importance, &job.options, control)?;
+    let outcome = draw_owned(luma, importance, &job.options, control)?;
 
     let mut stats = outcome.stats;
     *stats.seconds.entry("total".into()).or_default() += seconds.values().sum::<f64>();
@@ -198,7 +198,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
 
 fn importance(job: &Job, luma: &Field) -> Result<Importance> {
     Ok(match &job.importance {
-        Source::Saliency => Importance::Saliency(saliency::fine_grained(&tone::luma_to_u8(luma), luma.width(), luma.height())),
+        Source::Saliency => Importance::Saliency(fine_grained(&luma_to_u8(luma), luma.width(), luma.height())),
         Source::Constant(value) => Importance::Constant(*value),
         Source::File(path) => Importance::Map(files::read_photo(Path::new(path), job.background)?),
     })

@@ -1,10 +1,7 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
-use graphstipple_core::drawing::{Drawing, FLATTENING_TOLERANCE, RingPart, Stipple, signed_area};
-use graphstipple_core::export::Export;
-use graphstipple_core::importance::Importance;
-use graphstipple_core::layers::{Inks, Style};
-use graphstipple_core::{Control, Field, Options, Outcome, json, load, pipeline, svg};
+use graphstipple_core::stages::{FLATTENING_TOLERANCE, Inks, RingPart, Stipple, Style, signed_area, to_json, to_svg};
+use graphstipple_core::{Control, Drawing, Export, Field, Importance, Options, Outcome, draw, load};
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
 
@@ -137,21 +134,21 @@ proptest! {
             ..Options::default()
         };
         let luma = picture(width, height, seed, grain);
-        let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
+        let drawing = draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
         check(&drawing);
         prop_assert!(drawing.stipples.iter().all(|dot| dot.radius <= stipple_max.unwrap_or(f64::INFINITY)));
         // Irregular dots are curves too, but the tolerance is not about them.
         let [simple, full] = [tolerance, 0.0].map(|tolerance| {
             let options = Options { tolerance, irregularity: 0.0, ..options.clone() };
-            pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing
+            draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing
         });
         check_distance(&simple, &full, tolerance);
 
-        prop_assert_eq!(&load::from_json(&json::to_json(&drawing)).unwrap(), &*drawing);
+        prop_assert_eq!(&load::from_json(&to_json(&drawing)).unwrap(), &*drawing);
         for (style, inks) in [
             (Style::Flat, Inks::Black), (Style::Flat, Inks::White), (Style::Flat, Inks::Both), (Style::Layered, Inks::Black),
         ] {
-            let file = svg::to_svg(&drawing, &Export { style, inks, ..Export::default() }).unwrap();
+            let file = to_svg(&drawing, &Export { style, inks, ..Export::default() }).unwrap();
             prop_assert_eq!(&load::from_svg(&file).unwrap(), &*drawing, "{:?} {:?}", style, inks);
         }
 
@@ -167,7 +164,7 @@ proptest! {
 /// A picture on few nodes, with dots of 2 pixels and a little less.
 fn sparse(options: Options) -> Outcome {
     let options = Options { density: Some(0.1), relax: 3, ..options };
-    pipeline::draw(&picture(120, 90, 11, 5), &Importance::Constant(1.0), &options, &Control::new()).unwrap()
+    draw(&picture(120, 90, 11, 5), &Importance::Constant(1.0), &options, &Control::new()).unwrap()
 }
 
 #[test]
@@ -219,15 +216,15 @@ fn two_regions_with_one_top_keep_their_order() {
     // Found by the test above: both sides of an open curve, with nothing higher on their other curves.
     let options = Options { density: Some(1.0), tolerance: 0.5, ..Options::default() };
     let luma = picture(15, 12, 16_723_320_131_703_599_830, 4);
-    let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
-    assert_eq!(load::from_json(&json::to_json(&drawing)).unwrap(), *drawing);
+    let drawing = draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
+    assert_eq!(load::from_json(&to_json(&drawing)).unwrap(), *drawing);
 }
 
 #[test]
 fn what_is_no_drawing_of_ours_is_refused_in_a_sentence() {
     let luma = picture(20, 20, 7, 3);
-    let drawing = pipeline::draw(&luma, &Importance::Constant(0.5), &Options::default(), &Control::new()).unwrap().drawing;
-    let (good_json, good_svg) = (json::to_json(&drawing), svg::to_svg(&drawing, &Export::default()).unwrap());
+    let drawing = draw(&luma, &Importance::Constant(0.5), &Options::default(), &Control::new()).unwrap().drawing;
+    let (good_json, good_svg) = (to_json(&drawing), to_svg(&drawing, &Export::default()).unwrap());
     let broken_json =
         ["", "{}", &good_json.replace("graphstipple drawing", "other"), &good_json.replace("\"curves\":[\"M", "\"curves\":[\"X")];
     let broken_svg = ["", "<svg/>", &good_svg.replace("units=", "unit="), &good_svg.replacen(" d=\"m", " d=\"m1e9 0 5 x", 1)];

@@ -4,13 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use graphstipple_cli::files;
-use graphstipple_core::components::Components;
-use graphstipple_core::drawing::{self as core_drawing, FLATTENING_TOLERANCE, Ink};
-use graphstipple_core::graph::Graph;
-use graphstipple_core::importance::{Importance, Source};
-use graphstipple_core::pipeline::Labels;
-use graphstipple_core::voronoi::TonedCells;
-use graphstipple_core::{Error, Field, Outcome, json, pipeline, raster, svg};
+use graphstipple_core::stages::{
+    Components, FLATTENING_TOLERANCE, Graph, Ink, Labels, Source, TonedCells, draw_owned, raster, to_json as drawing_to_json,
+    to_svg,
+};
+use graphstipple_core::{self as core, Error, Field, Importance, Outcome};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -31,8 +29,7 @@ pub(crate) fn draw(
 ) -> PyResult<Drawing> {
     let options = options::parse(options_json)?;
     let (luma, importance) = (arrays::field(&luma)?, given_importance(importance, importance_map)?);
-    let outcome =
-        watch::run(py, progress, errors::from_core, move |control| pipeline::draw_owned(luma, importance, &options, control))?;
+    let outcome = watch::run(py, progress, errors::from_core, move |control| draw_owned(luma, importance, &options, control))?;
     Drawing::of(outcome)
 }
 
@@ -61,7 +58,7 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
 /// What `draw` and `load` make: `graphstipple.Drawing` wraps it.
 #[pyclass(frozen, module = "graphstipple._core")]
 pub(crate) struct Drawing {
-    drawing: Arc<core_drawing::Drawing>,
+    drawing: Arc<core::Drawing>,
     stats: Map<String, Value>,
     stages: Option<Stages>,
 }
@@ -123,13 +120,13 @@ impl Drawing {
     fn svg(&self, py: Python<'_>, export_json: &str) -> PyResult<String> {
         let export = export::parse(export_json)?;
         let drawing = Arc::clone(&self.drawing);
-        watch::run_core(py, move |_| svg::to_svg(&drawing, &export))
+        watch::run_core(py, move |_| to_svg(&drawing, &export))
     }
 
     /// The drawing as a JSON document.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
         let drawing = Arc::clone(&self.drawing);
-        watch::run_core(py, move |_| Ok(json::to_json(&drawing)))
+        watch::run_core(py, move |_| Ok(drawing_to_json(&drawing)))
     }
 
     /// The drawing as grey values (height, width).
@@ -239,7 +236,7 @@ struct Polygons {
 }
 
 impl Polygons {
-    fn of(drawing: &core_drawing::Drawing, ink: Ink) -> Self {
+    fn of(drawing: &core::Drawing, ink: Ink) -> Self {
         let mut polygons = Self::default();
         let mut area = 0;
         for index in (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == ink) {
@@ -263,7 +260,7 @@ impl Polygons {
 }
 
 /// What a drawing itself tells: its size and what is in it.
-fn counts(drawing: &core_drawing::Drawing) -> Map<String, Value> {
+fn counts(drawing: &core::Drawing) -> Map<String, Value> {
     let (anchors, coordinates) = drawing.count_written();
     let counts = [
         ("width", drawing.width),
@@ -277,7 +274,7 @@ fn counts(drawing: &core_drawing::Drawing) -> Map<String, Value> {
 }
 
 /// All dots of a drawing.
-pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &core_drawing::Drawing) -> PyResult<StippleArrays<'py>> {
+pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &core::Drawing) -> PyResult<StippleArrays<'py>> {
     let stipples = &drawing.stipples;
     let circles = stipples.iter().flat_map(|dot| [dot.x, dot.y, dot.radius]).collect();
     let inks: Vec<u8> = stipples.iter().map(|dot| dot.ink as u8).collect();
@@ -285,7 +282,7 @@ pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &core_drawing::Drawi
 }
 
 /// One region of a drawing, flattened.
-pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &core_drawing::Drawing, index: usize) -> PyResult<RegionArrays<'py>> {
+pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &core::Drawing, index: usize) -> PyResult<RegionArrays<'py>> {
     let Some(region) = drawing.regions.get(index) else {
         return Err(errors::invalid(format!("there is no region {index}: the drawing has {}", drawing.regions.len())));
     };

@@ -1,7 +1,7 @@
 //! How a file is written crosses the boundary as JSON too: sizes are numbers or text with a unit, as on the command line.
 
-use graphstipple_core::export::Export;
-use graphstipple_core::layout::Length;
+use graphstipple_core::Export;
+use graphstipple_core::stages::Length;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};

@@ -1,7 +1,6 @@
 //! Options cross the boundary as JSON, the form that a drawing's metadata has too.
 
-use graphstipple_core::importance::Source;
-use graphstipple_core::layers::Inks;
+use graphstipple_core::stages::{Inks, Source};
 use graphstipple_core::{Error, Options, presets as core_presets};
 use pyo3::prelude::*;
 use serde_json::{Map, Value};
