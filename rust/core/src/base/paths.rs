@@ -67,7 +67,7 @@ pub(crate) fn flattened_edges(path: &BezPath) -> impl Iterator<Item = [[f64; 2];
     (0..count).map(move |k| [points[k], points[(k + 1) % points.len()]])
 }
 
-/// See [`Drawing::stipple_outline`].
+/// The polygon of a circle: see [`crate::Drawing::stipple_outline`].
 pub(crate) fn circle_polygon(centre: [f64; 2], radius: f64, tolerance: f64) -> Vec<[f64; 2]> {
     // A chord of half-angle h lies radius * (1 - cos h) inside the circle; half a tolerance each way once the area is corrected.
     let half = libm::acos((1.0 - (tolerance / radius).min(0.5)).max(0.5));

@@ -8,10 +8,10 @@ use crate::graph::{Adjacency, check_areas, check_finite, check_one_a_node};
 use crate::options::Order;
 
 /// A label for every node: 0 black, 1 white. With `areas`, the areas of the nodes' cells in px^2, errors are carried by area
-/// ([`crate::options::Carry`]).
+/// ([`crate::stages::Carry`]).
 ///
 /// # Errors
-/// [`Error::Input`] if there is not one finite value, and one area of at least 0, a node; [`Error::Cancelled`].
+/// [`crate::Error::Input`] if there is not one finite value, and one area of at least 0, a node; [`crate::Error::Cancelled`].
 ///
 /// # Runtime
 /// `n log n` at worst, for values that are all nearly the same; close to linear on photos.
@@ -31,7 +31,7 @@ pub fn diffuse(
 }
 
 /// # Errors
-/// [`Error::Input`] if there is not one finite value, and one area of at least 0, a node.
+/// [`crate::Error::Input`] if there is not one finite value, and one area of at least 0, a node.
 pub(crate) fn check_input(graph: &impl Adjacency, values: &[f32], areas: Option<&[f64]>) -> Result<()> {
     check_one_a_node("values", values.len(), graph.len())?;
     check_finite("value", values)?;

@@ -14,15 +14,15 @@
 //!
 //! # Ours
 //! - The paper's alpha jumps with the side of the label and keeps dots in the lightest and darkest tones, where a drawing should be
-//!   clean. [`tonal_share`](parameters::tonal_share) is continuous and depends on the node's own value alone.
+//!   clean. [`tonal_share`] is continuous and depends on the node's own value alone.
 //! - Where small cells meet large ones, an error carried as a value does not keep the tone; carried by area it does.
-//! - One order over all nodes is serial, and jumps about in memory. With [`Order::Rows`] nodes are labelled one after the other, in
-//!   bands side by side. They are numbered row by row, so that errors go on downwards. Each band starts some rows before its own,
-//!   whose labels are forgotten, and so has the errors that come from there; what its last nodes pass on beyond it is dropped, since
-//!   the next band has its own. Nodes of the first row begin with pseudo-random errors, or it would have too few dots. Labels do not
-//!   depend on the threads. What [`crate::labels::refine`] makes of them hardly depends on the order; bare, those by priority keep more of
-//!   the photo's structure.
-//! - On the lattice rows run to and fro: see [`crate::sites::scan`].
+//! - One order over all nodes is serial, and jumps about in memory. With [`crate::stages::Order::Rows`] nodes are labelled one
+//!   after the other, in bands side by side. They are numbered row by row, so that errors go on downwards. Each band starts some
+//!   rows before its own, whose labels are forgotten, and so has the errors that come from there; what its last nodes pass on
+//!   beyond it is dropped, since the next band has its own. Nodes of the first row begin with pseudo-random errors, or it would
+//!   have too few dots. Labels do not depend on the threads. What [`crate::stages::refine`] makes of them hardly depends on the
+//!   order; bare, those by priority keep more of the photo's structure.
+//! - On the lattice rows run to and fro: see [`crate::stages::diffuse_lattice`].
 //!
 //! Values are never clamped; an error with no unlabelled neighbour left is dropped.
 

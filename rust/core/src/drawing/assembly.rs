@@ -3,7 +3,7 @@
 //! Every curve and every dot names the components on its two sides; a component that is not a dot becomes a region. Its rings are
 //! the closed curves around it and in it, and, if it touches the frame, runs of open curves and frame in turn. Everything is put
 //! into an order that depends on the geometry alone, so that a drawing read back from a file is the drawing that was written. What
-//! this module does not do: find out who lies beside a curve (see [`crate::outlines::contours`] and [`crate::files::load`]).
+//! this module does not do: find out who lies beside a curve (see [`super::sides`] and [`crate::stages::outline`]).
 
 use kurbo::{BezPath, PathEl, Point, Shape};
 use rayon::prelude::*;

@@ -1,5 +1,5 @@
-//! The drawing as data. In: curves and dots, with what lies beside them or without; out: a [`Drawing`] with regions, their order and
-//! levels. Source: the paper (the layered order); shared curves are our own.
+//! The drawing as data. In: curves and dots, with what lies beside them or without; out: a [`Drawing`] with regions, their order
+//! and levels. Source: the paper (the layered order); shared curves are our own.
 
 mod assembly;
 mod data;

@@ -17,7 +17,7 @@ pub struct Stats {
     pub node_budget: Option<usize>,
     /// The factor on the importance that meets the budget; 1 without one.
     pub importance_factor: f64,
-    /// What the refinement of the labels adds for white, so that the drawing has the photo's mean: see [`crate::labels::refine`].
+    /// What the refinement of the labels adds for white, so that the drawing has the photo's mean: see [`crate::stages::refine`].
     pub tone_shift: f64,
     /// Nodes of the second graph.
     pub nodes: usize,

@@ -84,7 +84,7 @@ const OBJECTS: &str = "\
 /// The drawing as the text of a DXF file.
 ///
 /// # Errors
-/// As [`Export::validate`] and [`crate::files::layout::Layout::place`].
+/// As [`Export::validate`] and [`super::layout::Layout::place`].
 ///
 /// # Runtime
 /// Linear in the number of points.

@@ -39,7 +39,7 @@ end
 /// The drawing as an EPS document.
 ///
 /// # Errors
-/// As [`Export::validate`] and [`crate::files::layout::Layout::place`].
+/// As [`Export::validate`] and [`super::layout::Layout::place`].
 ///
 /// # Runtime
 /// Linear in the number of coordinates.

@@ -367,7 +367,7 @@ impl Layout {
     ///
     /// # Errors
     /// As [`Layout::place`]; [`Error::Input`] also if a side comes out at more than 65535 pixels. How many pixels there may be in
-    /// all is for [`crate::files::raster`] to say.
+    /// all is for [`super::raster`] to say.
     pub fn place_pixels(&self, width: usize, height: usize) -> Result<PixelPlacement> {
         let in_px = |length: Length| length.unit == Unit::Px;
         let physical = self.width.is_some_and(|width| !in_px(width))

@@ -3,7 +3,7 @@
 //! # The idea
 //! Whatever the style and the inks, a file holds every boundary curve and every stipple, with black on a known side. What lies
 //! beside what is found again from the geometry: next to a curve lies what its nearest neighbour to the left has on its right. Then
-//! the drawing is put together as it was when it was made (see [`crate::drawing::assembly`]), and is the same.
+//! the drawing is put together as it was when it was made (see [`assemble`](crate::stages::assemble)), and is the same.
 //!
 //! What this module does not do: read files of other programs, or our own after another program changed their paths.
 
@@ -31,7 +31,7 @@ struct Contents {
     provenance: Provenance,
 }
 
-/// Reads the text of a JSON file that [`crate::files::json::to_json`] wrote.
+/// Reads the text of a JSON file that [`super::json::to_json`] wrote.
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
@@ -71,7 +71,7 @@ pub fn from_json(text: &str) -> Result<Drawing> {
     })
 }
 
-/// Reads the text of an SVG file that [`crate::files::svg::to_svg`] wrote, in any style and with any inks.
+/// Reads the text of an SVG file that [`super::svg::to_svg`] wrote, in any style and with any inks.
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
@@ -195,7 +195,7 @@ impl Contents {
     }
 }
 
-/// Reads the path data that [`crate::files::svg`] writes: relative commands, every subpath closed.
+/// Reads the path data that [`super::svg`] writes: relative commands, every subpath closed.
 struct PathReader<'a> {
     bytes: &'a [u8],
     at: usize,

@@ -32,7 +32,7 @@ const COMPRESSION: Compression = Compression::new(5);
 /// The drawing as the bytes of a PDF file.
 ///
 /// # Errors
-/// As [`Export::validate`] and [`crate::files::layout::Layout::place`].
+/// As [`Export::validate`] and [`super::layout::Layout::place`].
 ///
 /// # Runtime
 /// Linear in the number of coordinates.

@@ -71,7 +71,7 @@ fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
 /// make no difference: the picture is the same.
 ///
 /// # Errors
-/// As [`Export::validate`], [`crate::files::layout::Layout::place_pixels`] and [`check_size`].
+/// As [`Export::validate`], [`super::layout::Layout::place_pixels`] and [`check_size`].
 ///
 /// # Allocations
 /// As [`rasterize`], and a byte a pixel more where there are margins.

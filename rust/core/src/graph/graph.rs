@@ -1,7 +1,7 @@
 //! Sites plus adjacency: the form in which every stage hands a graph to the next.
 //!
 //! Adjacency is in compressed sparse rows: the neighbours of node `i` are `neighbors[offsets[i]..offsets[i + 1]]`. Every edge
-//! stands in both rows. What this module does not do: build one (see [`crate::graph::lattice`] and [`crate::graph::triangulation`]).
+//! stands in both rows. What this module does not do: build one (see [`super::lattice`], [`super::triangulation`]).
 
 use rayon::prelude::*;
 

@@ -68,7 +68,7 @@ impl Triangulation {
 /// [`Error::Input`] if there is no site, a site is not inside the canvas, or two sites coincide; [`Error::Cancelled`].
 ///
 /// # Runtime
-/// `n log n`, most of it spade's bulk load, of several tiles side by side where there are many sites (see [`crate::graph::tiles`]).
+/// `n log n`, most of it spade's bulk load, of several tiles side by side where there are many sites.
 pub fn triangulate(sites: Vec<[f64; 2]>, width: usize, height: usize, control: &Control) -> Result<Triangulation> {
     Ok(Edges::of(&sites, width, height, control)?.with_sites(sites))
 }

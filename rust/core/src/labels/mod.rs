@@ -1,5 +1,5 @@
-//! What is black and what is white. In: labels as the diffusion gives them, with tones and areas of the nodes; out: labels that follow
-//! tones and neighbours, with dots that fused by chance taken apart. Source: our own.
+//! What is black and what is white. In: labels as the diffusion gives them, with tones and areas of the nodes; out: labels that
+//! follow tones and neighbours, with dots that fused by chance taken apart. Source: our own.
 
 mod refine;
 mod split;

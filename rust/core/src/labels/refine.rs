@@ -55,8 +55,8 @@ const SETTLED: f64 = 1e-3;
 
 /// Refines the labels of nodes by their tones, and returns the shift. `areas` are those of the nodes' cells, in px^2.
 ///
-/// Nodes are asked in blocks, the bands of [`crate::diffusion::diffuse`]: even ones side by side, each node after the other, then odd ones. A block
-/// sees the others as they were before. So the result does not depend on threads.
+/// Nodes are asked in blocks, the bands of [`crate::stages::diffuse`]: even ones side by side, each node after the other, then odd
+/// ones. A block sees the others as they were before. So the result does not depend on threads.
 ///
 /// # Errors
 /// [`Error::Input`] if there is not one finite tone, one area of at least 0 and one label, 0 or 1, a node, or the mean is outside

@@ -16,7 +16,7 @@ use crate::graph::{Graph, check_labels, check_one_a_node};
 /// lowest nodes.
 ///
 /// # Errors
-/// [`Error::Input`] if there is not one tone and one label, 0 or 1, a node.
+/// [`crate::Error::Input`] if there is not one tone and one label, 0 or 1, a node.
 pub fn split(graph: &Graph, tones: &[f32], labels: &mut [u8], most: u32) -> Result<()> {
     let count = graph.sites.len();
     check_one_a_node("tones", tones.len(), count)?;

@@ -23,7 +23,7 @@ pub enum LatticeKind {
 pub enum Alpha {
     /// The paper's: `base + detail_gain * |I0 - A|` if the label fell on the side of 0.5 where the node's own value lies, else 0.
     Dynamic,
-    /// `base` in middle tones, less towards black and white, where it is 0: see [`crate::diffusion::tonal_share`].
+    /// `base` in middle tones, less towards black and white, where it is 0: see [`crate::stages::tonal_share`].
     Tonal,
     /// The same share for every node: 1 is plain halftoning, 0 is thresholding. In [0, 1].
     Constant(f64),
@@ -70,7 +70,8 @@ impl From<Alpha> for AlphaForm {
 pub enum Order {
     /// The paper's: one order by priority over all nodes.
     Global,
-    /// Row by row, many bands of rows at a time: see [`crate::sites::scan`] for the lattice and [`crate::diffusion::diffuse`] for the second graph.
+    /// Row by row, many bands of rows at a time: see [`crate::stages::diffuse_lattice`] and, for the second graph,
+    /// [`crate::stages::diffuse`].
     Rows,
 }
 
@@ -90,7 +91,7 @@ pub enum Carry {
 pub enum Crossings {
     /// The paper's: in the middle.
     Midpoint,
-    /// Where the tone between the nodes passes middle grey, if it does: see [`crate::outlines::crossing`].
+    /// Where the tone between the nodes passes middle grey, if it does: see [`crate::stages::crossing`].
     Tone,
 }
 
@@ -137,7 +138,8 @@ pub struct Options {
     pub order: Order,
     /// What is passed on when the tone is diffused.
     pub carry: Carry,
-    /// Sweeps over the labels that refine them, at most, 0 to 100: see [`crate::labels::refine`]. 0: labels stay as diffusion gave them.
+    /// Sweeps over the labels that refine them, at most, 0 to 100: see [`crate::stages::refine`]. 0: labels stay as diffusion gave
+    /// them.
     pub refine: u32,
     /// Weight of a node's own tone in the refinement, in [0, 100]: more makes crisper shapes, less keeps the tone of small parts.
     pub crispness: f64,
@@ -147,11 +149,11 @@ pub struct Options {
     /// `None`: as it comes.
     pub tone_tolerance: Option<f64>,
     /// Dots that fused by chance, up to this many nodes together, are taken apart where there is room, 0 to 12: see
-    /// [`crate::labels::split`]. Below 2: none.
+    /// [`crate::stages::split`]. Below 2: none.
     pub split: u32,
     /// Where boundaries cross the edges of the graph.
     pub crossings: Crossings,
-    /// Emphasis of details as fine as the nodes, before the diffusion, in [0, 100]: see [`crate::photo::emphasis`].
+    /// Emphasis of details as fine as the nodes, before the diffusion, in [0, 100]: see [`crate::stages::emphasize`].
     pub sharpen: f64,
     /// Emphasis of details three times as coarse, in [0, 100].
     pub local_contrast: f64,

@@ -4,7 +4,7 @@
 //! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from a point on one of its crossing
 //! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *chains*:
 //! closed ones, and open ones that begin and end on the frame.
-//! A chain with black on its left is the boundary between exactly two components, so its curve (see [`crate::outlines::fit`]) is made once
+//! A chain with black on its left is the boundary between exactly two components, so its curve (see [`super::fit`]) is made once
 //! and shared by both.
 //!
 //! # At the frame
@@ -14,7 +14,7 @@
 //! # Stipples
 //! A component of one node is a dot with the area of the node's cell, shrunk until it stays inside the star of the node's
 //! triangles, where no other curve runs. At the frame it moves in until all of it is on the canvas. A node that cuts the canvas in
-//! two (its boundary is more than one chain) is a region. With irregularity a dot is a closed curve (see [`crate::outlines::irregular`]).
+//! two (its boundary is more than one chain) is a region. With irregularity a dot is a closed curve (see [`super::irregular`]).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -36,7 +36,7 @@ use crate::outlines::spline::FINER_GRIDS;
 pub struct Outlines {
     /// The curves and dots.
     pub parts: Parts,
-    /// See [`crate::drawing::Stats::vertices`].
+    /// See [`crate::stages::Stats::vertices`].
     pub vertices: usize,
 }
 
@@ -51,7 +51,7 @@ pub struct Nodes<'a> {
     pub tones: Option<&'a [f32]>,
 }
 
-/// How marks are shaped; ranges as in [`crate::options::Options`].
+/// How marks are shaped; ranges as in [`crate::Options`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shaping {
     /// A stipple's area relative to its node's cell.

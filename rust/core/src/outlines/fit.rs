@@ -3,7 +3,7 @@
 //! # The idea
 //! The smoothed chain is a uniform quadratic B-spline whose control points are the chain's crossings (the midpoints of its crossing
 //! edges, or other points on them); its pieces join in the middle between two crossings. That is the full outline, which tolerance
-//! 0 draws. With a tolerance it is drawn with fewer points (see [`crate::outlines::simplify`]). Each curve is made once and shared by both
+//! 0 draws. With a tolerance it is drawn with fewer points (see [`super::simplify`]). Each curve is made once and shared by both
 //! sides, so neighbours always fit.
 
 use kurbo::{BezPath, Point, QuadBez, Vec2};

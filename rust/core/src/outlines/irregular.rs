@@ -2,7 +2,7 @@
 //!
 //! # The idea
 //! Around the circle the radius rises and falls in a few slow waves, whose heights and phases come from a hash (see
-//! [`crate::base::noise`]). A closed curve of [`JOINTS`] cubics follows them and encloses the area of the round dot. It stays in its
+//! [`noise()`]). A closed curve of [`JOINTS`] cubics follows them and encloses the area of the round dot. It stays in its
 //! [`Room`], where nothing else is drawn: there it turns to where it fits, and in a tight one the waves are lower.
 //!
 //! # Coordinates

@@ -1,5 +1,6 @@
-//! From labels to shapes. In: the graph with its labels, tones, areas and components; out: smooth curves, each shared by the components
-//! on its two sides, and dots, as [`Parts`]. Source: the paper; exact areas, fewer points and irregular dots are our own.
+//! From labels to shapes. In: the graph with its labels, tones, areas and components; out: smooth curves, each shared by the
+//! components on its two sides, and dots, as [`Parts`]. Source: the paper; exact areas, fewer points and irregular dots are our
+//! own.
 
 mod contours;
 mod fit;

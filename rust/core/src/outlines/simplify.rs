@@ -18,7 +18,7 @@
 //! it bends.
 //!
 //! # Why curves never cross
-//! Every piece walks through the triangles of its own chain, one after the other (see [`crate::outlines::fit`]), and leaves the triangle that
+//! Every piece walks through the triangles of its own chain, one after the other (see [`super::fit`]), and leaves the triangle that
 //! it begins in. It turns by less than a right angle either way from its chord, so it meets neither the piece before nor the one
 //! behind; others are in other triangles.
 

@@ -2,7 +2,7 @@
 //!
 //! The format is told from the content, never from a name: PNG, JPEG, TIFF or WebP, by the `image` crate. What the file says
 //! about its pixels is obeyed: the EXIF orientation is applied, an embedded colour profile is converted to sRGB (by `moxcms`),
-//! samples keep their 8 or 16 bits until [`crate::photo::tone::luma`] weighs them. Of an animation, the first frame is read.
+//! samples keep their 8 or 16 bits until [`super::tone::luma`] weighs them. Of an animation, the first frame is read.
 //! What this module does not do: open files (the caller has the path and puts it in front of the message), CMYK profiles
 //! (those pixels are converted by the format's plain rule), and find damage inside a JPEG's pictures that the decoder can
 //! paint over, as browsers do; a JPEG that is cut short is found.

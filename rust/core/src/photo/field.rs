@@ -2,7 +2,7 @@
 //!
 //! Everywhere in graphstipple x runs right and y runs down, in pixels of the input image. The pixel in column c and row r covers
 //! `[c, c+1) x [r, r+1)`; its centre is `(c + 0.5, r + 0.5)`. Rasters are row-major. 0 is black, 1 is white.
-//! What this module does not do: colour (see [`crate::photo::tone`]) and cells (see [`crate::graph::cells::voronoi`]).
+//! What this module does not do: colour (see [`super::tone`]) and cells (see [`crate::stages::cells`]).
 
 use rayon::prelude::*;
 

@@ -5,7 +5,7 @@
 //! linear light, for drawings that are to reflect as much light as the photo shows. Alpha is composited on a background
 //! colour, on the encoded values too, as image viewers do. Integer samples are summed in integers and divided once, so that the
 //! field is the same on every machine and 16-bit samples keep their 16 bits.
-//! What this module does not do: read files and convert colour profiles (see [`crate::photo::decode`]).
+//! What this module does not do: read files and convert colour profiles (see [`super::decode()`]).
 
 use std::borrow::Cow;
 
@@ -44,7 +44,7 @@ pub struct Pixels<'a> {
 /// A grey sample v gives exactly v / 255 (8 bits) or v / 65535 (16 bits), rounded once to f32, and so does the colour (v, v, v).
 ///
 /// # Errors
-/// [`Error::Input`] if a side is 0 or above [`crate::photo::field::MAX_SIDE`], the channels are not 1 to 4, the number of samples is
+/// [`Error::Input`] if a side is 0 or above [`crate::stages::MAX_SIDE`], the channels are not 1 to 4, the number of samples is
 /// not `width * height * channels`, or a float sample is not in [0, 1].
 pub fn luma(pixels: &Pixels, background: [u8; 3]) -> Result<Field> {
     let Pixels { width, height, channels, samples } = *pixels;

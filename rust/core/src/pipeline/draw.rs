@@ -3,8 +3,8 @@
 //! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
 //! graph -> node tones -> labels, refined, fused dots split -> components -> outlines -> drawing.
 //!
-//! Every stage is handed the options as [`crate::pipeline::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
-//! that of a [`crate::pipeline::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
+//! Every stage is handed the options as [`super::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
+//! that of a [`super::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
 
 use std::borrow::Cow;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! The whole method: the only folder that knows the order of the stages. In: luma, an importance and the options; out: a drawing with
-//! what the stages made on the way to it, all of them kept for the next one in a session. Source: the order is the paper's.
+//! The whole method: the only folder that knows the order of the stages. In: luma, an importance and the options; out: a drawing
+//! with what the stages made on the way to it, all of them kept for the next one in a session. Source: the order is the paper's.
 
 mod draw;
 mod memory;

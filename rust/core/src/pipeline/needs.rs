@@ -2,7 +2,7 @@
 //!
 //! No stage sees the options themselves. It is handed a copy in which all that it has no use for stands at its default. So what
 //! is not named here for a stage cannot reach it, in any drawing; and where two copies are equal, so are the results. That is how a
-//! [`crate::pipeline::session::Session`] knows what it may keep.
+//! [`super::session::Session`] knows what it may keep.
 //!
 //! What a stage needs includes what the stages before it need whose results it takes: its copy stands for all that its result
 //! depends on, besides the photo and the importance.

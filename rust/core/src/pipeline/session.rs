@@ -1,6 +1,6 @@
 //! A session: one photo drawn again and again, each time from where the options begin to differ.
 //!
-//! Every stage's last result is kept with what the stage needed of the options (see [`crate::pipeline::needs`]). A stage that needs the same
+//! Every stage's last result is kept with what the stage needed of the options (see [`super::needs`]). A stage that needs the same
 //! as last time is not run. That is all: the stages, their order and what they return are those of [`crate::draw`], which is a
 //! session that keeps nothing, so a drawing does not depend on what was drawn before it.
 //!

@@ -24,8 +24,8 @@ pub struct FirstGraph {
 /// The first phase alone: the lattice, and the nodes that the importance keeps under the node budget.
 ///
 /// # Errors
-/// [`Error::Option`](crate::Error::Option) for an option out of range, [`Error::Input`](crate::Error::Input) for a budget that cannot be met,
-/// [`Error::Cancelled`](crate::Error::Cancelled).
+/// [`crate::Error::Option`] for an option out of range, [`crate::Error::Input`] for a budget that cannot be met,
+/// [`crate::Error::Cancelled`].
 pub fn first_graph(importance: &Field, options: &Options, control: &Control) -> Result<FirstGraph> {
     options.validate()?;
     let budget = options.budget((importance.width() * importance.height()) as f64);

@@ -1,5 +1,5 @@
-//! Where the nodes of the drawing are. In: the importance on the canvas; out: the first graph with the nodes that are kept, and their
-//! sites after Lloyd steps. Source: the paper; the scan and the budget are our own.
+//! Where the nodes of the drawing are. In: the importance on the canvas; out: the first graph with the nodes that are kept, and
+//! their sites after Lloyd steps. Source: the paper; the scan and the budget are our own.
 
 mod budget;
 mod first_graph;

@@ -8,7 +8,7 @@ use crate::graph::{FRAME_MARGIN, Samples, centroid_of, check};
 /// Lloyd relaxation: `steps` times, every site moves to the centroid of its cell (0.001 px inside the frame at least).
 ///
 /// # Errors
-/// As [`cells`].
+/// As [`cells`](crate::stages::cells).
 pub fn relax(
     mut sites: Vec<[f64; 2]>,
     width: usize,

@@ -1,6 +1,6 @@
 //! Error diffusion over the lattice row by row: which nodes are kept, our way.
 //!
-//! The paper diffuses importance as it diffuses tone, by priority ([`crate::diffusion::diffuse`]). On a lattice nothing but the order of
+//! The paper diffuses importance as it diffuses tone, by priority ([`diffuse`]). On a lattice nothing but the order of
 //! ties then tells the nodes of a flat part apart: they fall into a few regular patterns with seams between them, parts below
 //! some 0.08 keep no node at all, and a tenth of the nodes more or fewer is kept than the importance asks for.
 //!

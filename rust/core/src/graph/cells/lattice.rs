@@ -16,7 +16,7 @@ const BAND: usize = 16;
 /// The mean of the field over every lattice cell, the nearest node being known in closed form.
 ///
 /// # Errors
-/// [`Error::Input`] if `samples_per_pixel` is not between 1 and 16; [`Error::Cancelled`].
+/// [`crate::Error::Input`] if `samples_per_pixel` is not between 1 and 16; [`crate::Error::Cancelled`].
 pub fn lattice_means(lattice: &Lattice, field: &Field, samples_per_pixel: usize, control: &Control) -> Result<Vec<f32>> {
     check(&[lattice.site(0)], field.width(), field.height(), samples_per_pixel, Some(field))?;
     let (step, sample_rows) = (1.0 / samples_per_pixel as f64, field.height() * samples_per_pixel);

@@ -1,7 +1,7 @@
 //! What the samples of every cell add up to.
 //!
-//! Every tile adds up what its samples say of the sites in and around it, and those sums are put together in the order of the tiles:
-//! the result does not depend on the threads.
+//! Every tile adds up what its samples say of the sites in and around it, and those sums are put together in the order of the
+//! tiles: the result does not depend on the threads.
 
 use crate::base::{Control, Result};
 use crate::graph::cells::bins::{Bins, Box2};

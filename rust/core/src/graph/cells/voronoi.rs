@@ -26,8 +26,8 @@ pub struct Cells {
 /// Areas, centroids and means of the cells of any sites.
 ///
 /// # Errors
-/// [`Error::Input`] if there is no site, a site is not inside the canvas, `samples_per_pixel` is not between 1 and 16, or the field
-/// has another size than the canvas; [`Error::Cancelled`].
+/// [`crate::Error::Input`] if there is no site, a site is not inside the canvas, `samples_per_pixel` is not between 1 and 16, or
+/// the field has another size than the canvas; [`crate::Error::Cancelled`].
 ///
 /// # Runtime
 /// About `n log n` in samples and sites.
