@@ -33,6 +33,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import skimage.data
+from built import ROOT, native_binary
 from measured import Measured, measure
 from PIL import Image
 from scipy.spatial import KDTree
@@ -42,7 +43,6 @@ from graphstipple_eval import installation
 from graphstipple_eval.baselines import dots, programs, weighted_voronoi
 from graphstipple_eval.baselines.density import Density
 
-ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "out" / "peers"
 
 PHOTOS = ("astronaut", "camera", "chelsea", "coffee", "rocket")
@@ -157,17 +157,9 @@ def find_peers(may_install: bool) -> list[Program]:
 
 
 def our_program() -> Program:
-    """Return the native binary: GRAPHSTIPPLE_BINARY, or that of a release build.
-
-    Raises
-    ------
-    SystemExit
-        If there is none.
-    """
-    binary = Path(os.environ.get("GRAPHSTIPPLE_BINARY", ROOT / "target" / "release" / "graphstipple"))
-    if not binary.is_file():
-        sys.exit("there is no native binary: cargo build --release, or set GRAPHSTIPPLE_BINARY")
-    return Program("graphstipple", "ours", lambda work: [str(binary), str(work.grey), "-o", str(work.svg), "--stats"])
+    """Return the native binary."""
+    binary = str(native_binary())
+    return Program("graphstipple", "ours", lambda work: [binary, str(work.grey), "-o", str(work.svg), "--stats"])
 
 
 class TreeDensity(Density):
