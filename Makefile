@@ -71,7 +71,7 @@ format: $(ENVIRONMENT)
 
 bench: $(PACKAGE) $(BINARY)
 	cargo bench --package graphstipple-bench --locked --bench stages
-	cargo bench --package graphstipple-bench --locked --bench scale
+	cargo bench --package graphstipple-bench --locked --bench scale -- --up-to 24
 	cargo bench --package graphstipple-bench --locked --bench formats
 	cargo bench --package graphstipple-bench --locked --bench threads
 	$(BIN)/python benches/ratios.py

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-ROOT = Path(__file__).resolve().parents[1]
+from built import ROOT, bench_command
 
 MARKED = "graphstipple_bench::stages::Stage::time"
 """The function whose costs are counted, each call for itself."""
@@ -37,10 +37,7 @@ SIZE, TINY_SIZE = (1152, 864), (96, 72)
 
 def binary(is_smoke_run: bool) -> Path:
     """Build the benchmark and return where it is."""
-    # The packages of `make test`, so that nothing is built twice.
-    test = ["test", "--workspace", "--exclude", "graphstipple-py"]
-    kind = test if is_smoke_run else ["bench", "--package", "graphstipple-bench"]
-    command = ["cargo", *kind, "--no-run", "--locked", "--bench", "threads", "--message-format", "json"]
+    command = [*bench_command("threads", is_smoke_run), "--no-run", "--message-format", "json"]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True)
     messages = [json.loads(line) for line in done.stdout.splitlines()]
     return Path(next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "threads"))

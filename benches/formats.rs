@@ -4,7 +4,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-use graphstipple_bench::{Photo, is_smoke_run, options, photo};
+use graphstipple_bench::{Photo, is_smoke_run, median, options, photo};
 use graphstipple_cli::files::{Format, encode};
 use graphstipple_core::stages::{Inks, Outline, Style};
 use graphstipple_core::{Control, Drawing, Export, Outcome, draw};
@@ -77,8 +77,7 @@ fn row(drawing: &Drawing, way: &Way, making: f64) -> Result<String, Box<dyn Erro
         bytes = black_box(encode(drawing, way.format, &export)?);
         seconds.push(began.elapsed().as_secs_f64());
     }
-    seconds.sort_by(f64::total_cmp);
-    let median = seconds[RUNS / 2];
+    let median = median(seconds);
     let (points, each) = match points(drawing, way, &bytes) {
         Some(points) => (points.to_string(), format!("{:.1}", bytes.len() as f64 / points as f64)),
         None => ("-".to_owned(), "-".to_owned()),

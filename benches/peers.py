@@ -22,9 +22,7 @@ import json
 import os
 import re
 import shlex
-import shutil
 import statistics
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -35,18 +33,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import skimage.data
+from built import ROOT, native_binary
 from measured import Measured, measure
 from PIL import Image
 from scipy.spatial import KDTree
 
 import graphstipple as gs
+from graphstipple_eval import installation
 from graphstipple_eval.baselines import dots, programs, weighted_voronoi
 from graphstipple_eval.baselines.density import Density
 
-ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "out" / "peers"
-PACKAGES = {"inksep": "inksep==1.0.0", "stippler": "stippler==0.2.1.1", "vtracer": "vtracer==0.6.15"}
-"""Peers of PyPI: newer versions may be faster or slower, so one is named."""
 
 PHOTOS = ("astronaut", "camera", "chelsea", "coffee", "rocket")
 LARGE, LARGE_SIZE = "coffee-12MP", (4000, 3000)
@@ -120,115 +117,49 @@ class Row:
 # Peers and where they come from ---------------------------------------------------------------------------------------------------
 
 
-def install(name: str) -> str | None:
-    """Install a peer of PyPI into a virtual environment of the peers; return why that did not work, or None."""
-    environment = FOLDER / "python"
-    try:
-        if not (environment / "bin" / "python").exists():
-            subprocess.run([sys.executable, "-m", "venv", environment], check=True, capture_output=True)
-        pip = [environment / "bin" / "python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-        subprocess.run([*pip, PACKAGES[name]], check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError) as error:
-        return f"pip install {PACKAGES[name]} failed: {last_words(error)}"
-    return None
-
-
-def unpack_potrace() -> str | None:
-    """Unpack potrace from Debian's packages; return why that did not work, or None. The system is not changed."""
-    folder = FOLDER / "debian"
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        subprocess.run(["apt-get", "download", "potrace", "libpotrace0"], cwd=folder, check=True, capture_output=True)
-        for package in folder.glob("*.deb"):
-            subprocess.run(["dpkg", "-x", package, folder], check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError) as error:
-        return f"potrace is not installed, and its Debian packages cannot be had: {last_words(error)}"
-    return None
-
-
-def last_words(error: OSError | subprocess.CalledProcessError) -> str:
-    """Return the last line that a command said, or what the system says."""
-    said = error.stderr.decode(errors="replace").strip().splitlines() if isinstance(error, subprocess.CalledProcessError) else []
-    return said[-1] if said else str(error)
-
-
 def find_peers(may_install: bool) -> list[Program]:
     """Return the peers; those that are missing say why."""
-    beside = FOLDER / "python" / "bin"
-    unpacked = FOLDER / "debian" / "usr"
-    libraries = ":".join(str(path) for path in unpacked.glob("lib/*-linux-gnu"))
-
-    def of_pypi(name: str, probe: Callable[[], bool]) -> str | None:
-        if probe():
-            return None
-        if not may_install:
-            return f"{name} is not installed, and a smoke run installs nothing"
-        return install(name) or (None if probe() else f"{PACKAGES[name]} has no program")
-
-    def has_vtracer() -> bool:
-        try:
-            return subprocess.run([beside / "python", "-c", "import vtracer"], capture_output=True, check=False).returncode == 0
-        except OSError:
-            return False
-
-    potrace, mkbitmap = shutil.which("potrace"), shutil.which("mkbitmap")
-    missing_potrace = None
-    if potrace is None or mkbitmap is None:
-        if may_install and not (unpacked / "bin" / "potrace").exists():
-            missing_potrace = unpack_potrace()
-            libraries = ":".join(str(path) for path in unpacked.glob("lib/*-linux-gnu"))
-        if (unpacked / "bin" / "potrace").exists():
-            potrace, mkbitmap = (str(unpacked / "bin" / name) for name in ("potrace", "mkbitmap"))
-        else:
-            missing_potrace = missing_potrace or "potrace is not installed, and a smoke run installs nothing"
-    by_env = ["env", f"LD_LIBRARY_PATH={libraries}"] if libraries else []
+    folder = installation.Folder(FOLDER, None if may_install else "a smoke run installs nothing")
 
     def inksep(work: Work) -> list[str]:
         darkness = 1 - gs.stages.tone(work.grey).astype(np.float64)
-        return programs.inksep_command(
-            str(beside / "inksep"), work.grey, work.svg, programs.inksep_options(darkness, work.coordinates)
-        )
+        options = programs.inksep_options(darkness, work.coordinates)
+        return programs.inksep_command(str(folder.find("inksep")), work.grey, work.svg, options)
 
     def stippler(work: Work) -> list[str]:
         count = max(1, work.coordinates // STIPPLER_VERTICES)
-        return [str(beside / "stippler"), str(work.grey), "--n_point", str(count), "--seed", "1", "--out", str(work.svg)]
+        command = [str(folder.find("stippler")), str(work.grey), "--n_point", str(count), "--seed", "1"]
+        return [*command, "--out", str(work.svg)]
 
     def textbook(work: Work) -> list[str]:
         return [sys.executable, __file__, "--textbook", str(work.grey), str(work.svg), str(work.coordinates)]
 
     def trace(work: Work) -> list[str]:
-        return [*by_env, *programs.potrace_command(str(potrace), str(work.bitmap), str(work.svg))]
+        return [*folder.environment, *programs.potrace_command(str(folder.find("potrace")), str(work.bitmap), str(work.svg))]
 
     def make_bitmap_and_trace(work: Work) -> list[str]:
-        first = [str(mkbitmap), "--output", "-", str(work.grey_map)]
-        second = programs.potrace_command(str(potrace), "-", str(work.svg))
-        return [*by_env, "sh", "-c", f"{shlex.join(first)} | {shlex.join(second)}"]
+        first = [str(folder.find("mkbitmap")), "--output", "-", str(work.grey_map)]
+        second = programs.potrace_command(str(folder.find("potrace")), "-", str(work.svg))
+        return [*folder.environment, "sh", "-c", f"{shlex.join(first)} | {shlex.join(second)}"]
 
     def vtracer(work: Work) -> list[str]:
-        return [str(beside / "python"), "-c", VTRACER, str(work.grey), str(work.svg)]
+        return [str(folder.python), "-c", VTRACER, str(work.grey), str(work.svg)]
 
+    missing_potrace = folder.missing("potrace")
     return [
-        Program("inksep", "stippler", inksep, of_pypi("inksep", (beside / "inksep").exists)),
-        Program("stippler", "stippler", stippler, of_pypi("stippler", (beside / "stippler").exists)),
+        Program("inksep", "stippler", inksep, folder.missing("inksep")),
+        Program("stippler", "stippler", stippler, folder.missing("stippler")),
         Program("textbook", "stippler", textbook),
         Program("mkbitmap", "tracer", make_bitmap_and_trace, missing_potrace),
         Program("potrace", "tracer", trace, missing_potrace),
-        Program("vtracer", "tracer", vtracer, of_pypi("vtracer", has_vtracer)),
+        Program("vtracer", "tracer", vtracer, folder.missing("vtracer")),
     ]
 
 
 def our_program() -> Program:
-    """Return the native binary: GRAPHSTIPPLE_BINARY, or that of a release build.
-
-    Raises
-    ------
-    SystemExit
-        If there is none.
-    """
-    binary = Path(os.environ.get("GRAPHSTIPPLE_BINARY", ROOT / "target" / "release" / "graphstipple"))
-    if not binary.is_file():
-        sys.exit("there is no native binary: cargo build --release, or set GRAPHSTIPPLE_BINARY")
-    return Program("graphstipple", "ours", lambda work: [str(binary), str(work.grey), "-o", str(work.svg), "--stats"])
+    """Return the native binary."""
+    binary = str(native_binary())
+    return Program("graphstipple", "ours", lambda work: [binary, str(work.grey), "-o", str(work.svg), "--stats"])
 
 
 class TreeDensity(Density):

@@ -1,6 +1,6 @@
 //! Whole drawings at growing sizes, as a table; see the crate's text for how to read it.
 //!
-//! Every size runs in a process of its own (this program again, with `--child`), so that each has its own peak of memory and
+//! Every size runs in a process of its own (this program again, with `--bare`), so that each has its own peak of memory and
 //! none finds the heap that another left behind.
 
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::error::Error;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use graphstipple_bench::{Photo, after, is_smoke_run, median, options, photo};
+use graphstipple_bench::{Limit, Photo, after, is_smoke_run, median, options, photo};
 use graphstipple_core::stages::Alpha;
 use graphstipple_core::{Control, Options, Session, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
@@ -35,17 +35,22 @@ impl Size {
 /// A common small photo, then 1, 4, 16 and 24 megapixels. Growth is counted from [`BASE`] on.
 const SIZES: [Size; 5] = [
     Size::new(1024, 768, 5),
-    Size::new(1152, 864, 5),
+    Size::new(1152, 864, 7),
     Size::new(2304, 1728, 3),
-    Size::new(4608, 3456, 1),
+    Size::new(4608, 3456, 3),
     Size::new(6000, 4000, 1),
 ];
 
 /// The same on tiny photos.
-const TINY_SIZES: [Size; 3] = [Size::new(32, 24, 1), Size::new(40, 30, 1), Size::new(80, 60, 2)];
+const TINY_SIZES: [Size; 5] =
+    [Size::new(32, 24, 1), Size::new(40, 30, 1), Size::new(80, 60, 2), Size::new(84, 63, 1), Size::new(96, 64, 1)];
 
 /// Which of the sizes the larger ones are compared with.
 const BASE: usize = 1;
+
+/// Which of the sizes have limits too.
+const SIXTEEN: usize = 3;
+const TWENTY_FOUR: usize = 4;
 
 /// The largest size without `--up-to`, in megapixels: a larger one takes minutes or many gigabytes.
 const UP_TO: f64 = 16.0;
@@ -126,6 +131,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let nodes = Nodes::at_density(density);
     let columns = sizes.into_iter().map(|size| Ok((size, in_child(size, nodes)?))).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     print!("{}", table(&columns, density));
+    if density == 1.0 {
+        print!("{}", targets(&columns)?);
+    }
     Ok(())
 }
 
@@ -201,6 +209,11 @@ fn peak_memory() -> Option<f64> {
     Some(1024.0 * line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok()?)
 }
 
+/// What was measured, or no number where the system did not say.
+fn of(measures: &Measures, name: &str) -> f64 {
+    measures.get(name).copied().unwrap_or(f64::NAN)
+}
+
 /// A row of the table: what a child measured, in other units.
 struct Row {
     name: &'static str,
@@ -271,20 +284,49 @@ fn table(columns: &[(Size, Measures)], density: f64) -> String {
         };
         let growth = |size: Size, measures: &Measures| {
             let (base_size, base) = &columns[BASE];
-            let time = |measures: &Measures| measures.get(row.measure).copied().unwrap_or(f64::NAN);
             let effort = |size: Size| size.pixels() * size.pixels().ln();
-            format!("{:.2}", time(measures) / time(base) / (effort(size) / effort(*base_size)))
+            format!("{:.2}", of(measures, row.measure) / of(base, row.measure) / (effort(size) / effort(*base_size)))
         };
         text += &line(row.name, each(columns, &value), if row.grows { each(grown, &growth) } else { Vec::new() });
     }
     text
 }
 
+/// What is to be reached at density 1, as far as its sizes are there.
+fn targets(columns: &[(Size, Measures)]) -> Result<String, Box<dyn Error>> {
+    let mut lines = Vec::new();
+    let mut line = |title: &str, figure: f64, digits: usize, limit: f64, note: String| {
+        lines.push(format!("{title:<58}{figure:>10.digits$}{}{note}\n", Limit::AtMost(limit).cells(figure)));
+    };
+    let mut runs = Vec::new();
+    if let Some((size, one)) = columns.get(BASE) {
+        runs.push(size.runs);
+        let (total, spade) = (of(one, "total"), of(one, "spade"));
+        let note = format!("{total:.3} s, spade {spade:.3} s");
+        line("core / spade's bulk load of the same sites", of(one, "ratio"), 2, 2.5, note);
+        if let Some((size, sixteen)) = columns.get(SIXTEEN) {
+            runs.push(size.runs);
+            let note = format!("{:.2} s", of(sixteen, "total"));
+            line("core at 16 megapixels / at 1", of(sixteen, "total") / total, 1, 18.0, note);
+        }
+    }
+    if let Some((size, large)) = columns.get(TWENTY_FOUR) {
+        runs.push(size.runs);
+        let mut peak = |title, measures: &Measures, limit| {
+            line(title, of(measures, "memory") / 1e9, 2, limit, format!("{:.2} s", of(measures, "total")));
+        };
+        peak("24 megapixels: peak memory, GB", large, 2.4);
+        peak("24 megapixels, default budget: peak memory, GB", &in_child(*size, Nodes::Default)?, 1.0);
+    }
+    let runs = runs.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+    let head = format!("\n{:<58}{:>10}{:>10}\n", format!("to reach; medians of {runs} runs"), "measured", "limit");
+    Ok(if lines.is_empty() { String::new() } else { head + &lines.concat() })
+}
+
 /// What one more pixel, lattice node and site add to the peak of memory: a size, and the same with twice as many of one alone.
 fn memory_table(size: Size) -> Result<String, Box<dyn Error>> {
     let memory = |size: Size, density: f64, nodes_per_pixel: f64| -> Result<f64, Box<dyn Error>> {
-        let measures = in_child(size, Nodes::Given { density, nodes_per_pixel })?;
-        Ok(measures.get("memory").copied().unwrap_or(f64::NAN))
+        Ok(of(&in_child(size, Nodes::Given { density, nodes_per_pixel })?, "memory"))
     };
     let pixels = size.pixels();
     let base = memory(size, 1.0, 0.3)?;

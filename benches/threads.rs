@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use graphstipple_bench::stages::{Prepared, Threads};
-use graphstipple_bench::{after, is_smoke_run, median, options, photo};
+use graphstipple_bench::{Limit, after, is_smoke_run, median, options, photo};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// One megapixel.
@@ -22,9 +22,11 @@ const RUNS: [usize; 2] = [3, 33];
 /// Seconds for the calls of a stage on one thread in a turn.
 const SECONDS: f64 = 0.2;
 
+/// How many times as fast two threads are to be in a stage that is parallel.
+const LIMIT: Limit = Limit::AtLeast(1.5);
+
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let bare = after(&arguments, "--bare").is_some();
     let (mut size, turns, [least, most]) = if is_smoke_run() { (TINY_SIZE, 1, [1; 2]) } else { (SIZE, TURNS, RUNS) };
     let once = after(&arguments, "--once");
     if let Some([width, height, ..]) = once {
@@ -42,10 +44,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         return Ok(());
     }
-    if !bare {
-        println!("\n{}: medians of {turns} turns of {least} to {most} calls on one thread and on two\n", prepared.summary());
-        println!("{:<24}{:>13}{:>13}{:>11}   its work is", "", "one, s", "two, s", "one / two");
-    }
+    println!("\n{}: medians of {turns} turns of {least} to {most} calls on one thread and on two\n", prepared.summary());
+    println!("{:<24}{:>13}{:>13}{:>11}{:>10}  {:<8}its work is", "", "one, s", "two, s", "one / two", "limit", "");
     for stage in prepared.stages().into_iter().chain([prepared.whole()]) {
         let first = pools[0].install(|| stage.time()).as_secs_f64();
         let runs = ((SECONDS / first) as usize).clamp(least, most);
@@ -56,16 +56,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
         let [one, two] = seconds.map(median);
-        let kind = match stage.threads {
-            Threads::Parallel => "parallel",
-            Threads::Mixed => "partly serial",
-            Threads::Serial => "serial",
+        let (kind, limit) = match stage.threads {
+            Threads::Parallel => ("parallel", LIMIT.cells(one / two)),
+            Threads::Mixed => ("partly serial", String::new()),
+            Threads::Serial => ("serial", String::new()),
         };
-        if bare {
-            println!("{}\t{kind}\t{one}\t{two}", stage.name);
-        } else {
-            println!("{:<24}{one:>13.4}{two:>13.4}{:>11.2}   {kind}", stage.name, one / two);
-        }
+        println!("{:<24}{one:>13.4}{two:>13.4}{:>11.2}{limit:<20}{kind}", stage.name, one / two);
     }
     Ok(())
 }

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import os
 import re
+import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from PIL import Image
 from tests.support import photo_luma
 
 from graphstipple import GraphStippleError, InvalidInputError
+from graphstipple_eval import installation
 from graphstipple_eval.baselines import (
     METHODS,
     capacity,
@@ -89,8 +92,8 @@ def test_methods_have_names_and_sources() -> None:
 
 
 def test_what_is_missing_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(programs, "find_program", lambda name: None)
-    monkeypatch.setattr(programs.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(installation, "find_program", lambda name: None)
+    monkeypatch.setattr(installation.importlib.util, "find_spec", lambda name: None)
     for name in ("potrace", "vtracer", "inksep"):
         assert str(BY_NAME[name].missing()).startswith(f"{name} is not installed: ")
     assert all(method.missing() is None for method in METHODS if method.name not in {"potrace", "vtracer", "inksep"})
@@ -587,17 +590,60 @@ def test_inksep_draws_the_dots(face: Photo) -> None:
     assert abs(picture.raster.mean() - face.tone.mean()) < 0.15
 
 
+def write_programs(folder: Path, scripts: Mapping[str, str]) -> None:
+    """Write programs by their names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, script in scripts.items():
+        (folder / name).write_text(f"#!/bin/sh\n{script}\n")
+        (folder / name).chmod(0o755)
+
+
 def test_programs_that_are_installed_and_work_tell_their_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, script in {"potrace": "echo potrace 1.16. Copyright", "inksep": "exit 3"}.items():
-        (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
-        (tmp_path / name).chmod(0o755)
+    write_programs(tmp_path, {"potrace": "echo potrace 1.16. Copyright", "inksep": "exit 3"})
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.setattr(programs.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(installation.importlib.util, "find_spec", lambda name: None)
     assert programs.versions() == {"potrace": "1.16"}
-    monkeypatch.setattr(programs, "find_program", lambda name: None)
+    monkeypatch.setattr(installation, "find_program", lambda name: None)
     assert programs.versions() == {}
 
 
 def test_a_program_that_fails_is_one_sentence() -> None:
     with pytest.raises(GraphStippleError, match=r"failed with exit code 3 and said: no such thing$"):
-        programs.run([programs.sys.executable, "-c", "import sys; print('no such thing', file=sys.stderr); sys.exit(3)"])
+        installation.run([sys.executable, "-c", "import sys; print('no such thing', file=sys.stderr); sys.exit(3)"])
+
+
+def test_a_folder_has_its_own_programs_of_pypi_and_takes_others_from_the_path_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, own, unpacked = tmp_path / "path", tmp_path / "python" / "bin", tmp_path / "debian" / "usr" / "bin"
+    folder = installation.Folder(tmp_path, "nothing may be installed")
+    write_programs(path, {"inksep": ""})
+    monkeypatch.setenv("PATH", str(path))
+    for name in installation.PROGRAMS:
+        if folder.find(name) is None:
+            assert folder.missing(name) == f"{name} is not installed, and nothing may be installed"
+    assert folder.find("inksep") is None
+    write_programs(own, {"inksep": "", "python": ""})
+    assert folder.find("inksep") == str(own / "inksep")
+    assert folder.missing("inksep") is folder.missing("vtracer") is None
+    write_programs(unpacked, {"potrace": "", "mkbitmap": ""})
+    assert folder.missing("potrace") is None
+    assert folder.find("mkbitmap") == str(unpacked / "mkbitmap")
+    write_programs(path, {"mkbitmap": ""})
+    assert folder.find("mkbitmap") == str(path / "mkbitmap")
+    assert folder.environment == []
+    libraries = unpacked.parent / "lib" / "some-linux-gnu"
+    libraries.mkdir(parents=True)
+    assert folder.environment == ["env", f"LD_LIBRARY_PATH={libraries}"]
+
+
+def test_a_program_that_cannot_be_installed_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = installation.Folder(tmp_path)
+    write_programs(tmp_path / "python" / "bin", {"python": "echo not there >&2; exit 1"})
+    assert folder.missing("stippler") == "pip install stippler==0.2.1.1 failed: not there"
+    write_programs(tmp_path / "python" / "bin", {"python": ""})
+    assert folder.missing("stippler") == "stippler==0.2.1.1 has no program"
+    write_programs(tmp_path / "path", {"apt-get": "echo no network >&2; exit 100"})
+    monkeypatch.setenv("PATH", str(tmp_path / "path"))
+    monkeypatch.setattr(installation, "find_program", lambda name: None)
+    assert folder.missing("potrace") == "potrace is not installed, and its Debian packages cannot be had: no network"

@@ -22,12 +22,11 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from benches import cross_validation
 from PIL import Image
 from tests import support
 
 import graphstipple as gs
-from graphstipple_eval import baselines, cli, files, labyrinth, ours, photos, quoted, report, results, run, tables
+from graphstipple_eval import baselines, cli, cross_validation, files, labyrinth, ours, photos, quoted, report, results, run, tables
 from graphstipple_eval.baselines import programs
 from graphstipple_eval.method import Counts, Method, Photo, Picture
 from graphstipple_eval.ours import Sweep
@@ -689,6 +688,13 @@ def test_the_grid_is_made_of_options_and_leaves_out_their_defaults_and_what_they
     assert set(cross_validation.GRID) <= {field.name for field in dataclasses.fields(gs.Options)}
     monkeypatch.setattr(cross_validation, "GRID", {"contrast": (0.7, 1, 1.4, 100), "k2": (0.333333,), "stipple_scale": (1,)})
     assert cross_validation.sweeps() == (Sweep("contrast", (0.7, 1.4)), Sweep("k2", (0.0333,)))
+
+
+def test_one_photo_is_too_few_to_leave_one_out(tmp_path: Path) -> None:
+    write_photo(tmp_path / "astronaut.png")
+    command = [sys.executable, "-m", "graphstipple_eval.cross_validation", tmp_path]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
+    assert_one_line(ended, 1, "cross_validation: there is one photo, but one is left out")
 
 
 # The command

@@ -19,6 +19,26 @@ pub fn is_smoke_run() -> bool {
     given("--test") || !given("--bench")
 }
 
+/// What a figure is to reach. Missing it is printed and fails nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit {
+    /// The figure or less.
+    AtMost(f64),
+    /// The figure or more.
+    AtLeast(f64),
+}
+
+impl Limit {
+    /// Two cells of a table, 10 and 8 wide with two spaces between them: the limit, and whether a figure meets it.
+    pub fn cells(self, figure: f64) -> String {
+        let (sign, limit, is_met) = match self {
+            Self::AtMost(limit) => ("<=", limit, figure <= limit),
+            Self::AtLeast(limit) => (">=", limit, figure >= limit),
+        };
+        format!("{:>10}  {:<8}", format!("{sign} {limit}"), if is_met { "met" } else { "missed" })
+    }
+}
+
 /// The arguments behind a flag; `None` without it.
 pub fn after<'a>(arguments: &'a [String], flag: &str) -> Option<&'a [String]> {
     arguments.iter().position(|argument| argument == flag).map(|at| &arguments[at + 1..])

@@ -16,6 +16,7 @@ import numpy as np
 import graphstipple as gs
 from graphstipple.metrics import Comparison
 from graphstipple_eval import files, photos, report, run
+from graphstipple_eval.photos import PhotoFile
 from graphstipple_eval.results import Failure, Result
 from graphstipple_eval.selection import Selection, parse_budget, parse_names, parse_sweeps
 
@@ -89,13 +90,7 @@ def _evaluate(arguments: argparse.Namespace) -> int:
     decoded = photos.decode(photos.find(arguments.photos), sizes, Comparison.LEAST_SIDE, root / report.PICTURES)
     files.write(root / report.MARKER, b"This folder is a report of graphstipple-eval, which writes and deletes files here.\n")
     prepared = photos.write(decoded)
-
-    try:
-        with run.processes(jobs) as pool:
-            outcome = run.run(prepared, selection, root, pool, show)
-    finally:
-        if sys.stderr.isatty():
-            print(file=sys.stderr)
+    outcome = run_and_show(prepared, selection, root, jobs)
     index = report.write(root, prepared, selection, outcome)
     print(f"{_pictures(len(outcome.results))}, {outcome.kept} of them from before: {index}")
     if outcome.failures:
@@ -124,6 +119,17 @@ def _check_out(root: Path) -> None:
         raise gs.InvalidInputError(f"--out is {root}, but {there} cannot be written to: give another folder")
     if root.is_dir() and any(root.iterdir()) and not (root / report.MARKER).is_file():
         raise gs.InvalidInputError(f"--out is {root}, but that folder holds other things than a report: give another one")
+
+
+def run_and_show(prepared: Sequence[PhotoFile], selection: Selection, root: Path, jobs: int) -> run.Outcome:
+    """Make and measure all pictures that are not there yet, in so many processes, and show progress (`run.run`)."""
+    try:
+        with run.processes(jobs) as pool:
+            outcome = run.run(prepared, selection, root, pool, show)
+    finally:
+        if sys.stderr.isatty():
+            print(file=sys.stderr)
+    return outcome
 
 
 def show(done: int, of_all: int, task: run.Task, entry: Result | Failure) -> None:

@@ -14,17 +14,10 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
-import importlib.util
 import io
 import math
-import os
 import re
-import shutil
-import subprocess
-import sys
 import tempfile
-from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -34,9 +27,10 @@ import resvg_py
 from PIL import Image
 from skimage.filters import threshold_otsu
 
-from graphstipple import GraphStippleError
+from graphstipple_eval import installation
 from graphstipple_eval.baselines.dots import BLACK, Dots, box_average, check_dots, equal_black_dots, picture
 from graphstipple_eval.method import Counts, Method, Photo, Picture
+from graphstipple_eval.photos import png
 
 MAGNIFICATION = 4
 """How much larger than the photo resvg paints: then its polygons lie within a hundredth of a pixel from the curves."""
@@ -66,57 +60,15 @@ def count_coordinates(path_data: str) -> int:
     return count
 
 
-def find_program(name: str) -> str | None:
-    """Return where a program is: on the PATH, or beside this Python, where pip puts it."""
-    return shutil.which(name, path=os.pathsep.join([os.environ.get("PATH", os.defpath), str(Path(sys.executable).parent)]))
-
-
-def run(command: list[str], stdin: bytes = b"") -> bytes:
-    """Return what a program writes.
-
-    Raises
-    ------
-    GraphStippleError
-        If it fails; with the last line of what it says.
-    """
-    done = subprocess.run(command, input=stdin, capture_output=True, check=False)
-    if done.returncode != 0:
-        said = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing"]
-        raise GraphStippleError(f"{Path(command[0]).name} failed with exit code {done.returncode} and said: {said[-1]}")
-    return done.stdout
-
-
-@cache
-def program_version(program: str) -> str:
-    """Return the version of a program: the second word of what it says of itself.
-
-    Raises
-    ------
-    GraphStippleError
-        If it fails or says no such thing.
-    """
-    words = run([program, "--version"]).decode(errors="replace").split()
-    if len(words) < 2:
-        raise GraphStippleError(f"{Path(program).name} does not tell its version")
-    return words[1].rstrip(".")
-
-
 def versions() -> dict[str, str]:
-    """Return the versions of the programs that are installed, by the names of their methods; each is asked once a process."""
-    found = {}
-    for name in ("potrace", "inksep"):
-        program = find_program(name)
-        if program is not None:
-            with suppress(GraphStippleError):  # it will fail in the same way when it is to draw
-                found[name] = program_version(program)
-    if importlib.util.find_spec("vtracer"):
-        found["vtracer"] = importlib.metadata.version("vtracer")
-    return found
+    """Return the versions of the programs that are installed, by the names of their methods."""
+    found = {method.name: installation.version(method.name) for method in METHODS}
+    return {name: version for name, version in found.items() if version is not None}
 
 
-def needs_program(name: str, how: str) -> str | None:
-    """Return None if a program is installed, or the sentence that says how to install it."""
-    return None if find_program(name) else f"{name} is not installed: {how}"
+def grey_png(photo: Photo) -> bytes:
+    """Return the tone in 8 bits as a PNG file."""
+    return png(np.rint(photo.tone * 255).astype(np.uint8))
 
 
 def traced(svg: str, photo: Photo, settings: dict[str, object]) -> Picture:
@@ -145,21 +97,19 @@ def otsu_bitmap(tone: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.bool_], f
 
 def trace_by_potrace(photo: Photo, dots: int) -> Picture:
     """Return the picture of potrace."""
-    program = find_program("potrace")
+    program = installation.find_program("potrace")
     assert program is not None
     white, threshold = otsu_bitmap(photo.tone)
     bitmap = io.BytesIO()
     Image.fromarray(white).save(bitmap, "PPM")
-    svg = run(potrace_command(program, "-", "-"), bitmap.getvalue()).decode()
-    return traced(svg, photo, {"version": program_version(program), "threshold": threshold})
+    svg = installation.run(potrace_command(program, "-", "-"), bitmap.getvalue()).decode()
+    return traced(svg, photo, {"version": installation.program_version(program), "threshold": threshold})
 
 
 def trace_by_vtracer(photo: Photo, dots: int) -> Picture:
     """Return the picture of vtracer."""
     vtracer = importlib.import_module("vtracer")
-    grey = io.BytesIO()
-    Image.fromarray(np.rint(photo.tone * 255).astype(np.uint8)).save(grey, "PNG")
-    svg = vtracer.convert_raw_image_to_svg(grey.getvalue(), img_format="png", colormode="binary")
+    svg = vtracer.convert_raw_image_to_svg(grey_png(photo), img_format="png", colormode="binary")
     return traced(svg, photo, {"version": importlib.metadata.version("vtracer")})
 
 
@@ -195,7 +145,7 @@ def potrace_command(program: str, bitmap: str, drawn: str) -> list[str]:
 
 def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
     """Return the picture of inksep."""
-    program = find_program("inksep")
+    program = installation.find_program("inksep")
     assert program is not None
     count = check_dots(dots)
     height, width = photo.tone.shape
@@ -206,13 +156,13 @@ def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
     options = inksep_options(darkness, count)
     with tempfile.TemporaryDirectory() as folder:
         grey, drawn = Path(folder, "grey.png"), Path(folder, "dots.svg")
-        Image.fromarray(np.rint(photo.tone * 255).astype(np.uint8)).save(grey)
-        run(inksep_command(program, grey, drawn, options))
+        grey.write_bytes(grey_png(photo))
+        installation.run(inksep_command(program, grey, drawn, options))
         svg = drawn.read_text("utf-8")
     circles = list(ElementTree.fromstring(svg).iter(f"{SVG_NAMESPACE}circle"))
     marks = np.array([[float(circle.get(name, "0")) for name in ("cx", "cy", "r")] for circle in circles]).reshape(-1, 3)
     found = Dots(marks[:, :2], marks[:, 2], np.full(len(marks), BLACK, np.uint8))
-    settings = {"version": program_version(program), **{name[2:]: value for name, value in options.items()}}
+    settings = {"version": installation.program_version(program), **{name[2:]: value for name, value in options.items()}}
     drawing = picture(found, width, height, settings)
     return Picture(drawing.raster, drawing.counts, svg, drawing.settings)
 
@@ -223,14 +173,14 @@ METHODS = (
         "potrace",
         "Selinger 2003, the program; Otsu 1979",
         trace_by_potrace,
-        missing=lambda: needs_program("potrace", "install the package potrace of Debian or Homebrew"),
+        missing=lambda: installation.missing("potrace"),
     ),
     Method(
         "vtracer",
         "vtracer",
         "the program of visioncortex",
         trace_by_vtracer,
-        missing=lambda: None if importlib.util.find_spec("vtracer") else "vtracer is not installed: pip install vtracer",
+        missing=lambda: installation.missing("vtracer"),
     ),
     Method(
         "inksep",
@@ -238,6 +188,6 @@ METHODS = (
         "the program of its contributors; after Secord 2002",
         stipple_by_inksep,
         is_budgeted=True,
-        missing=lambda: needs_program("inksep", "pip install inksep"),
+        missing=lambda: installation.missing("inksep"),
     ),
 )

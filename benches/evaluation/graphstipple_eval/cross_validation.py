@@ -1,4 +1,4 @@
-"""Whether the default's numbers hold on photos that they were not chosen on: `python benches/cross_validation.py FOLDER`.
+"""Whether the default's numbers hold on photos that they were not chosen on: `python -m graphstipple_eval.cross_validation FOLDER`.
 
 Every photo is drawn with the default, with the paper's settings at the same number of nodes, and with a few other values of the
 default's main numbers, one changed at a time. Printed are, as Markdown:
@@ -8,7 +8,7 @@ default's main numbers, one changed at a time. Printed are, as Markdown:
   the default's, the less the choice of numbers hangs on single photos;
 - flat grey: how far the default and the paper's settings fall into labyrinths where a photo gives nothing to follow.
 
-Drawing, measuring and processes are the evaluation's. Its package and the weights of LPIPS must be there: `make evaluate`.
+Drawing, measuring and processes are those of `graphstipple-eval`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 import graphstipple as gs
 from graphstipple.metrics import Comparison
-from graphstipple_eval import cli, files, ours, photos, report, run
+from graphstipple_eval import cli, files, ours, photos, report
 from graphstipple_eval.method import Photo
 from graphstipple_eval.results import Result
 from graphstipple_eval.selection import Selection
@@ -148,8 +148,7 @@ def measured(places: Sequence[Path], size: int, root: Path, jobs: int) -> tuple[
     if len(decoded) < 2:
         raise gs.InvalidInputError("there is one photo, but one is left out and others must be there to choose on: give more")
     prepared = photos.write(decoded)
-    with run.processes(jobs) as pool:
-        outcome = run.run(prepared, selection, root, pool, cli.show)
+    outcome = cli.run_and_show(prepared, selection, root, jobs)
     if outcome.failures:
         failure = outcome.failures[0]
         raise gs.GraphStippleError(f"{failure.method} failed on {failure.photo}: {failure.reason}")
@@ -219,9 +218,23 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows))
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description="Leave-one-photo-out validation of the default's numbers.")
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the tables.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        By default the program's.
+
+    Raises
+    ------
+    SystemExit
+        If there is something wrong with the arguments or the photos, or a picture cannot be made; with one sentence.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m graphstipple_eval.cross_validation",
+        description="Leave-one-photo-out validation of the default's numbers.",
+    )
     parser.add_argument("photos", nargs="+", type=Path, metavar="FOLDER|FILE", help="folders of photos, or single photos")
     parser.add_argument("--size", type=int, default=512, help="longest side that photos are reduced to (default: %(default)s)")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: %(default)s)")
@@ -231,17 +244,17 @@ def main() -> None:
         metavar="FOLDER",
         help="also write cross_validation.md there, and keep the pictures, so that another run makes only what has changed",
     )
-    arguments = parser.parse_args()
+    given = parser.parse_args(arguments)
     try:
         with TemporaryDirectory() as temporary:
-            names, by_setting = measured(arguments.photos, arguments.size, arguments.out or Path(temporary), arguments.jobs)
+            names, by_setting = measured(given.photos, given.size, given.out or Path(temporary), given.jobs)
         text = f"{summary(names, by_setting)}\n\n{flat_grey()}\n"
     except gs.GraphStippleError as error:
         sys.exit(f"cross_validation: {error}")
     print(text, end="")
-    if arguments.out is not None:
-        files.write(arguments.out / "cross_validation.md", text.encode())
+    if given.out is not None:
+        files.write(given.out / "cross_validation.md", text.encode())
 
 
-if __name__ == "__main__":
+if __name__ == "__main__":  # the worker processes import this module too
     main()
