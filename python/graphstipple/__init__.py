@@ -10,7 +10,9 @@ Everywhere, x runs right and y runs down, in pixels of the input image; the pixe
 [c, c + 1) x [r, r + 1). Arrays of pixels are (height, width), arrays of points are (n, 2) as x, y. 0 is black, 1 is white.
 """
 
-from graphstipple import metrics, stages
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from graphstipple._core import __version__
 from graphstipple._draw import Session, draw
 from graphstipple._errors import (
@@ -21,9 +23,12 @@ from graphstipple._errors import (
     MissingPackageError,
     MissingWeightsError,
 )
-from graphstipple.drawing import Drawing, Graph, Region, load
-from graphstipple.importance import saliency
-from graphstipple.options import Options, Preset, presets
+from graphstipple.drawing import Drawing, Graph, RecordedOptions, Region, load
+from graphstipple.options import Options, Preset, Published, presets
+
+if TYPE_CHECKING:
+    from graphstipple import metrics, stages
+    from graphstipple.importance import saliency
 
 __all__ = [
     "Drawing",
@@ -36,6 +41,8 @@ __all__ = [
     "MissingWeightsError",
     "Options",
     "Preset",
+    "Published",
+    "RecordedOptions",
     "Region",
     "Session",
     "__version__",
@@ -46,3 +53,21 @@ __all__ = [
     "saliency",
     "stages",
 ]
+
+_LATER = {"metrics": "graphstipple.metrics", "stages": "graphstipple.stages", "saliency": "graphstipple.importance"}
+"""What a drawing does not need, and so is imported when it is first used: names and where they are."""
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for the first time."""
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = import_module(_LATER[name])
+    value = module if _LATER[name] == f"{__name__}.{name}" else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names too that are not imported yet."""
+    return sorted({*globals(), *__all__})

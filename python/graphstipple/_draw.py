@@ -5,17 +5,19 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
 
-from graphstipple import _core, importance
+from graphstipple import _core
 from graphstipple._errors import InvalidInputError
-from graphstipple._inputs import ImageLike, read_luma
-from graphstipple.drawing import Drawing
+from graphstipple._inputs import ImageLike, is_pil, read_luma
+from graphstipple.drawing import Drawing, RecordedOptions
 from graphstipple.options import Options
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 ImportanceMap: TypeAlias = "os.PathLike[str] | Image.Image | npt.NDArray[Any]"
 """A path, a PIL image or an array."""
@@ -30,7 +32,7 @@ Progress: TypeAlias = "Callable[[str, float], object]"
 def draw(
     image: ImageLike,
     importance: ImportanceLike = "saliency",
-    options: Options | None = None,
+    options: Options | RecordedOptions | None = None,
     progress: Progress | None = None,
 ) -> Drawing:
     """Draw a photo in black and white.
@@ -49,7 +51,7 @@ def draw(
         (height, width) in [0, 1], and returns any of these. The photo's own detail is mixed into saliency and maps as `detail`,
         `floor` and `midtones` of the options say.
     options : Options, optional
-        By default ``Options()``.
+        By default ``Options()``. Those of a drawing that was loaded can be used too, where this version knows them all.
     progress : callable, optional
         Called with the stage's name and the fraction of the whole drawing that is done, some 50 times a second. What it raises
         stops the work.
@@ -68,7 +70,7 @@ def draw(
     options = _checked(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
-    result = _core.draw(*_read(image, importance, options.background, seconds, report), options._json(), progress)
+    result = _core.draw(*_read(image, importance, options.background, seconds, report), options._core, progress)
     report("outlines", 1.0)
     return Drawing(result, options, seconds)
 
@@ -117,9 +119,9 @@ class Session:
     def __init__(self, image: ImageLike, importance: ImportanceLike = "saliency") -> None:
         self._image = image
         self._importance = importance
-        self._state = self._begin(Options().background, {}, _silent)
+        self._state = self._begin(Options(), {}, _silent)
 
-    def draw(self, options: Options | None = None, progress: Progress | None = None) -> Drawing:
+    def draw(self, options: Options | RecordedOptions | None = None, progress: Progress | None = None) -> Drawing:
         """Draw the photo in black and white, as `draw` does, from where the options begin to differ from the last ones.
 
         The interpreter lock is released during the work, and Ctrl-C stops it at once. A drawing that fails or is stopped leaves the
@@ -148,11 +150,11 @@ class Session:
         seconds: dict[str, float] = {}
         report = progress or _silent
         state = self._state
-        if state.background != _core.background(options.background):
-            state = self._begin(options.background, seconds, report)
+        if state.background != options._core.background:
+            state = self._begin(options, seconds, report)
             # In one step: threads with different backgrounds each have their own, and the last one's stays.
             self._state = state
-        result = state.session.draw(options._json(), progress)
+        result = state.session.draw(options._core, progress)
         report("outlines", 1.0)
         return Drawing(result, options, seconds)
 
@@ -161,9 +163,11 @@ class Session:
         width, height = session.size
         return f"<graphstipple.Session {width} x {height}: importance {session.importance}>"
 
-    def _begin(self, background: str, seconds: dict[str, float], report: Progress) -> _State:
-        session = _core.Session(*_read(self._image, self._importance, background, seconds, report))
-        return _State(_core.background(background), session)
+    def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _State:
+        session = _core.Session(*_read(self._image, self._importance, options.background, seconds, report), options._core)
+        for stage, spent in session.seconds.items():
+            seconds[stage] = seconds.get(stage, 0.0) + spent
+        return _State(options._core.background, session)
 
 
 class _State(NamedTuple):
@@ -173,10 +177,12 @@ class _State(NamedTuple):
     session: _core.Session
 
 
-def _checked(options: Options | None) -> Options:
-    """Return the options, by default the default ones."""
+def _checked(options: Options | RecordedOptions | None) -> Options:
+    """Return the options to draw with, by default the default ones."""
     if options is None:
         return Options()
+    if isinstance(options, RecordedOptions):
+        return options.known()
     if not isinstance(options, Options):
         raise InvalidInputError(f"options is of type {type(options).__name__}, but it must be graphstipple.Options")
     return options
@@ -184,38 +190,24 @@ def _checked(options: Options | None) -> Options:
 
 def _read(
     image: ImageLike, importance: ImportanceLike, background: str, seconds: dict[str, float], report: Progress
-) -> tuple[npt.NDArray[np.float32], str, npt.NDArray[np.float32] | None]:
-    """Return the image's luma, and the importance's name for the core, with the map if it has one."""
+) -> tuple[npt.NDArray[np.float32], str | npt.NDArray[np.float32]]:
+    """Return the image's luma, and the source of its importance for the core: a name or a map."""
     report("decoding", 0.0)
     start = time.perf_counter()
     luma = read_luma(image, background)
     seconds["decoding"] = time.perf_counter() - start
-    return luma, *_importance(importance, luma, background, seconds, report)
-
-
-def _importance(
-    wanted: ImportanceLike, luma: npt.NDArray[np.float32], background: str, seconds: dict[str, float], report: Progress
-) -> tuple[str, npt.NDArray[np.float32] | None]:
-    """Return the importance's name for the core, with the map if it has one."""
-    if wanted is None:
-        wanted = "saliency"
+    if importance is None:
+        importance = "saliency"
+    if callable(importance):
+        importance = importance(luma.copy())
+    if isinstance(importance, str):
+        return luma, importance
+    if not isinstance(importance, os.PathLike) and not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
+        raise InvalidInputError(f"the importance has the shape {np.shape(importance)}, but it must be (height, width)")
     start = time.perf_counter()
-    if callable(wanted):
-        wanted = wanted(luma.copy())
-    if isinstance(wanted, str):
-        kind = _core.importance_source(wanted)
-        if kind == "constant":
-            return wanted, None
-        if kind == "saliency":
-            report("saliency", 0.0)
-            map_ = importance.of_luma(luma)
-            seconds["saliency"] = time.perf_counter() - start
-            return "saliency", map_
-    elif not isinstance(wanted, (os.PathLike, Image.Image)) and getattr(wanted, "ndim", 2) != 2:
-        raise InvalidInputError(f"the importance has the shape {np.shape(wanted)}, but it must be (height, width)")
-    map_ = read_luma(wanted, background, "importance")
+    map_ = read_luma(importance, background, "importance")
     seconds["decoding"] += time.perf_counter() - start
-    return "map", map_
+    return luma, map_
 
 
 def _silent(stage: str, fraction: float) -> None:

@@ -7,14 +7,17 @@ samples (height, width, channels) here, where the copies are visible; Rust makes
 from __future__ import annotations
 
 import os
-from typing import Any, TypeAlias
+import sys
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, ImageOps
 
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 ImageLike: TypeAlias = "str | os.PathLike[str] | Image.Image | npt.NDArray[Any]"
 """A path, a PIL image or an array."""
@@ -22,6 +25,12 @@ ImageLike: TypeAlias = "str | os.PathLike[str] | Image.Image | npt.NDArray[Any]"
 Samples: TypeAlias = "npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]"
 
 DTYPES = "bool, uint8, uint16, or floats in [0, 1]"
+
+
+def is_pil(image: object) -> TypeGuard[Image.Image]:
+    """Whether it is a PIL image; there is none before somebody has imported Pillow."""
+    module = sys.modules.get("PIL.Image")
+    return module is not None and isinstance(image, module.Image)
 
 
 def read_luma(image: ImageLike, background: str, name: str = "image") -> npt.NDArray[np.float32]:
@@ -37,7 +46,7 @@ def read_luma(image: ImageLike, background: str, name: str = "image") -> npt.NDA
     under = _core.background(background)
     if isinstance(image, (str, os.PathLike)):
         return _core.read_luma(os.fsdecode(image), under)
-    if isinstance(image, Image.Image):
+    if is_pil(image):
         return _core.luma(_from_pil(image), under)
     if hasattr(image, "__array__"):
         return _core.luma(_from_array(np.asarray(image), name), under)
@@ -76,6 +85,8 @@ def _from_array(array: npt.NDArray[Any], name: str) -> Samples:
 
 
 def _from_pil(image: Image.Image) -> Samples:
+    from PIL import ImageOps  # noqa: PLC0415  # whoever has a PIL image has imported Pillow
+
     image = ImageOps.exif_transpose(image)
     mode = image.mode
     if mode.startswith("I;16"):

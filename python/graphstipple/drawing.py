@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, overload
@@ -99,10 +97,44 @@ class _Regions(Sequence[Region]):
         return f"<{len(self)} regions>"
 
 
+class RecordedOptions(Mapping[str, Any]):
+    """The options of a drawing that another version of graphstipple made, as they stand in its file: names and plain values.
+
+    `draw` takes them as it takes `Options`, and says what it does not know of them.
+    """
+
+    def __init__(self, core: _core.Drawing) -> None:
+        self._core = core
+        self._values: dict[str, Any] = core.provenance()["options"]
+
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return f"RecordedOptions({self._values!r})"
+
+    def known(self) -> Options:
+        """Return the options to draw with again.
+
+        Raises
+        ------
+        InvalidInputError
+            If this version does not know one of them, or takes no such value for it.
+        """
+        self._core.check_options()
+        return Options._of(self._values)
+
+
 class Drawing:
     """A drawing of stipples and regions, as `draw` and `load` return it."""
 
-    def __init__(self, core: _core.Drawing, options: Options, seconds: dict[str, float]) -> None:
+    def __init__(self, core: _core.Drawing, options: Options | RecordedOptions, seconds: dict[str, float]) -> None:
         self._core = core
         self._options = options
         self._seconds = seconds
@@ -118,14 +150,14 @@ class Drawing:
         return self._core.height
 
     @property
-    def options(self) -> Options:
-        """The options that it was made with."""
+    def options(self) -> Options | RecordedOptions:
+        """The options that it was made with; those of a file that this version does not all know, as they stand there."""
         return self._options
 
     @property
     def version(self) -> str:
         """The version of graphstipple that made it."""
-        version: str = json.loads(self._core.provenance())["version"]
+        version: str = self._core.provenance()["version"]
         return version
 
     def save(
@@ -140,7 +172,7 @@ class Drawing:
         inks: Inks = "black",
         one_bit: bool = False,
     ) -> None:
-        """Write the drawing to a file: .svg, .pdf, .eps, .dxf, .png or .json. The file is written whole or not at all.
+        """Write the drawing to a file, whole or not at all: .svg, .pdf, .eps, .dxf, .png or .json.
 
         Lengths are numbers of pixels or text with a unit (mm, cm, in, pt, px); on paper, a pixel is 1/96 inch. JSON has no size.
 
@@ -174,8 +206,8 @@ class Drawing:
         ImageFileError
             If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
         """
-        export = _export_json(width, margin, page, dpi, style=style, inks=inks, one_bit=one_bit)
-        self._core.save(os.fsdecode(path), export)
+        settings = {"width": width, "margin": margin, "page": page, "dpi": dpi}
+        self._core.save(os.fsdecode(path), _plain({**settings, "style": style, "inks": inks, "one_bit": one_bit}))
 
     def svg(
         self,
@@ -187,11 +219,12 @@ class Drawing:
         inks: Inks = "black",
     ) -> str:
         """Return the drawing as an SVG document, the same that `save` writes with these parameters."""
-        return self._core.svg(_export_json(width, margin, page, style=style, inks=inks))
+        settings = {"width": width, "margin": margin, "page": page, "style": style, "inks": inks}
+        return self._core.encode("svg", _plain(settings)).decode()
 
     def json(self) -> str:
         """Return the drawing as a JSON document, the same that `save` writes: canvas, stipples, regions, curves, options."""
-        return self._core.json()
+        return self._core.encode("json", {}).decode()
 
     def with_min_dot(
         self, length: Length, *, width: Length | None = None, margin: Length | None = None, page: str | None = None
@@ -218,7 +251,8 @@ class Drawing:
         InvalidInputError
             As `save`.
         """
-        core = self._core.with_min_dot(json.dumps(_length("min_dot", length)), _export_json(width, margin, page))
+        settings = _plain({"min_dot": length, "width": width, "margin": margin, "page": page})
+        core = self._core.with_min_dot(settings.pop("min_dot"), settings)
         return Drawing(core, self._options, self._seconds)
 
     def rasterize(self, width: int | None = None) -> npt.NDArray[np.uint8]:
@@ -290,7 +324,7 @@ class Drawing:
 
         A drawing that was loaded has the counts that it tells itself, and no seconds.
         """
-        stats: dict[str, Any] = json.loads(self._core.stats())
+        stats = self._core.stats()
         if "seconds" in stats:
             seconds = stats["seconds"]
             seconds.update(self._seconds)
@@ -329,7 +363,7 @@ class Drawing:
         return self._light_svg
 
     def _repr_png_(self) -> bytes | None:
-        return self._core.png(_export_json(min(self.width, NOTEBOOK_WIDTH))) if self._light_svg is None else None
+        return self._core.encode("png", {"width": min(self.width, NOTEBOOK_WIDTH)}) if self._light_svg is None else None
 
 
 def load(path: str | os.PathLike[str]) -> Drawing:
@@ -355,7 +389,11 @@ def load(path: str | os.PathLike[str]) -> Drawing:
         If the file cannot be read or holds no drawing of graphstipple; `ImageFileNotFoundError` if there is none.
     """
     core = _core.load(os.fsdecode(path))
-    return Drawing(core, Options(**json.loads(core.provenance())["options"]), {})
+    recorded = RecordedOptions(core)
+    try:
+        return Drawing(core, recorded.known(), {})
+    except InvalidInputError:
+        return Drawing(core, recorded, {})
 
 
 def stipple_array(circles: npt.NDArray[np.float64], inks: npt.NDArray[np.uint8]) -> npt.NDArray[np.void]:
@@ -375,43 +413,6 @@ def _checked_width(width: object) -> int | None:
     return int(width)
 
 
-def _export_json(
-    width: Length | None = None,
-    margin: Length | None = None,
-    page: str | None = None,
-    dpi: float | None = None,
-    *,
-    style: str = "flat",
-    inks: str = "black",
-    one_bit: bool = False,
-) -> str:
-    """Return how a file is to be written, in the form in which the core takes it. Left out is what has the core's default."""
-    if page is not None and not isinstance(page, str):
-        raise InvalidInputError(f'page is {page!r}, but it must be text such as "A4" or "300x200mm"')
-    for name, word in (("style", style), ("inks", inks)):
-        if not isinstance(word, str):
-            raise InvalidInputError(f"{name} is {word!r}, but it must be text")
-    if not isinstance(one_bit, (bool, np.bool_)):
-        raise InvalidInputError(f"one_bit is {one_bit!r}, but it must be True or False")
-    sizes = {
-        "width": None if width is None else _length("width", width),
-        "margin": None if margin is None else _length("margin", margin),
-        "page": page,
-        "dpi": None if dpi is None else _number("dpi", dpi, "a number of pixels per inch"),
-    }
-    layout = {name: value for name, value in sizes.items() if value is not None}
-    return json.dumps({"layout": layout, "style": style, "inks": inks, "one_bit": bool(one_bit)})
-
-
-def _length(name: str, value: object) -> float | str:
-    """Return a length that JSON can hold; Rust checks the rest."""
-    return value if isinstance(value, str) else _number(name, value, 'a number of pixels or text with a unit such as "200mm"')
-
-
-def _number(name: str, value: object, wanted: str) -> float:
-    """Return a finite number; what JSON cannot hold is said in our words."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise InvalidInputError(f"{name} is {value!r}, but it must be {wanted}")
-    if not math.isfinite(value):
-        raise InvalidInputError(f"{name} is {value}, but it must be finite")
-    return float(value)
+def _plain(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return settings of how a file is written with NumPy's scalars as Python's."""
+    return {name: value.item() if isinstance(value, np.generic) else value for name, value in settings.items()}

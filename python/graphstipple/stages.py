@@ -20,7 +20,7 @@ from graphstipple import _core
 from graphstipple._errors import InvalidInputError
 from graphstipple._inputs import ImageLike, read_luma
 from graphstipple.drawing import Region, stipple_array
-from graphstipple.options import Options
+from graphstipple.options import Options, Published
 
 __all__ = [
     "Cells",
@@ -118,7 +118,7 @@ def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.flo
         As `graphstipple.draw`.
     """
     options = options or Options()
-    return _core.adjust(read_luma(image, options.background), options._json())
+    return _core.adjust(read_luma(image, options.background), options._core)
 
 
 def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArray[np.float32]:
@@ -135,7 +135,7 @@ def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArra
     -------
     ndarray of float32, (height, width)
     """
-    return _core.emphasize(_field("tone", tone), (options or Options())._json())
+    return _core.emphasize(_field("tone", tone), (options or Options())._core)
 
 
 def importance(
@@ -158,7 +158,7 @@ def importance(
     -------
     ndarray of float32, (height, width)
     """
-    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._json())
+    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._core)
 
 
 def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
@@ -177,8 +177,8 @@ def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexago
     -------
     Lattice
     """
-    options = Options(lattice=kind, density=density)
-    return Lattice(*_core.lattice(_count("width", width), _count("height", height), options._json()))
+    options = Options(published=Published(lattice=kind, density=density))
+    return Lattice(*_core.lattice(_count("width", width), _count("height", height), options._core))
 
 
 def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) -> LatticeLabels:
@@ -189,13 +189,13 @@ def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) ->
     importance : array_like, (height, width)
         In [0, 1]; its size is the canvas.
     options : Options, optional
-        Lattice, density, node budget and the parameters of the diffusion.
+        The node budget and, of `published`, the lattice and the parameters of the diffusion.
 
     Returns
     -------
     LatticeLabels
     """
-    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), (options or Options())._json()))
+    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), (options or Options())._core))
 
 
 def samples_per_pixel(density: float) -> int:
@@ -304,11 +304,12 @@ def diffuse(
     *,
     areas: npt.ArrayLike | None = None,
     alpha: Literal["tonal", "dynamic"] | float = "tonal",
+    shading: float = 0.15,
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.15,
+    base: float = 0.5,
     detail_gain: float = 6.0,
-    rings: int = 1,
+    hops: int = 1,
     order: Literal["rows", "global"] = "rows",
 ) -> npt.NDArray[np.uint8]:
     """Return a label for every node by priority error diffusion (docs/method.md).
@@ -322,19 +323,22 @@ def diffuse(
     values : array_like, (n,)
         Starting values, finite; tone lies in [0, 1].
     areas : array_like, (n,), optional
-        Cell area of every node in px^2, for errors that are carried by area; without, they are carried by value.
-    alpha, k1, k2, base, detail_gain, rings, order
-        As in `graphstipple.Options`. Rows are nodes with consecutive numbers.
+        Cell area of every node in px^2, for errors that are weighted by area; without, they count by their value.
+    shading
+        As in `graphstipple.Options`.
+    alpha, k1, k2, base, detail_gain, hops, order
+        As in `graphstipple.Published`. Rows are nodes with consecutive numbers.
 
     Returns
     -------
     ndarray of uint8, (n,)
         0 black, 1 white.
     """
-    options = Options(alpha=alpha, k1=k1, k2=k2, base=base, detail_gain=detail_gain, rings=rings, order=order)
+    published = Published(alpha=alpha, k1=k1, k2=k2, base=base, detail_gain=detail_gain, hops=hops, order=order)
+    options = Options(shading=shading, published=published)
     starting = _array("values", values, np.float32, 1)
     cell_areas = None if areas is None else _array("areas", areas, np.float64, 1)
-    return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._json())
+    return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._core)
 
 
 def refine(
@@ -374,7 +378,7 @@ def refine(
     options = Options(refine=sweeps, crispness=crispness, cohesion=cohesion, tone_tolerance=tone_tolerance)
     values = _array("tones", tones, np.float32, 1)
     cell_areas = np.ones(len(values)) if areas is None else _array("areas", areas, np.float64, 1)
-    refined = _core.refine(_edges(edges), values, _array("labels", labels, np.uint8, 1), cell_areas, mean, options._json())
+    refined = _core.refine(_edges(edges), values, _array("labels", labels, np.uint8, 1), cell_areas, mean, options._core)
     return Refined(*refined)
 
 
@@ -468,7 +472,7 @@ def outline(
     values = _array("labels", labels, np.uint8, 1)
     canvas = _count("width", width), _count("height", height)
     followed = None if tones is None else _array("tones", tones, np.float32, 1)
-    stipples, regions = _core.outline(positions, values, cell_areas, followed, canvas, options._json())
+    stipples, regions = _core.outline(positions, values, cell_areas, followed, canvas, options._core)
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
 
 

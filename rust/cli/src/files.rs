@@ -3,73 +3,31 @@
 //! A file is written under a temporary name in its own folder and renamed when it is complete, so a drawing is there whole or
 //! not at all. What this module does not do: know any image or vector format (the core does).
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use graphstipple_core::stages::{self, raster, to_dxf, to_eps, to_json, to_pdf, to_svg};
-use graphstipple_core::{Drawing, Export, Field, load};
+use graphstipple_core::stages::{Source, Writer, decode};
+use graphstipple_core::{Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
 
-/// What a drawing is written as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Vector: `.svg`.
-    Svg,
-    /// Vector, a page: `.pdf`.
-    Pdf,
-    /// Vector, PostScript: `.eps`.
-    Eps,
-    /// Outlines for cutters and CAD: `.dxf`.
-    Dxf,
-    /// Greyscale or 1-bit raster: `.png`.
-    Png,
-    /// The drawing as data for programs: `.json`.
-    Json,
-}
-
-impl Format {
-    /// The format that a path's suffix stands for, in upper or lower case.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for any other suffix or none, with those that are allowed.
-    pub fn of_path(path: &Path) -> Result<Self> {
-        match path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase).as_deref() {
-            Some("svg") => Ok(Self::Svg),
-            Some("pdf") => Ok(Self::Pdf),
-            Some("eps") => Ok(Self::Eps),
-            Some("dxf") => Ok(Self::Dxf),
-            Some("png") => Ok(Self::Png),
-            Some("json") => Ok(Self::Json),
-            Some(_) => Err(Error::Usage(format!("{}: the suffix must be {SUFFIXES}", path.display()))),
-            None => Err(Error::Usage(format!("{}: the file name needs a suffix, {SUFFIXES}", path.display()))),
+/// The format that a path's suffix stands for, in upper or lower case.
+///
+/// # Errors
+/// [`Error::Usage`] for any other suffix or none, with those that are allowed.
+pub fn format_of_path(path: &Path) -> Result<Format> {
+    let suffixes = Format::suffixes();
+    match path.extension().and_then(OsStr::to_str) {
+        Some(suffix) => {
+            Format::of_suffix(suffix).map_err(|_| Error::Usage(format!("{}: the suffix must be {suffixes}", path.display())))
         }
-    }
-
-    /// Checks what a file of this format is to be written with, as far as it can be without the drawing.
-    ///
-    /// # Errors
-    /// As [`Export::validate`]; [`graphstipple_core::Error::Option`] also for what only a PNG can have in another format. What
-    /// makes no difference to a format, such as the inks of a PNG, is no error.
-    pub fn check(self, export: &Export) -> Result<(), graphstipple_core::Error> {
-        export.validate()?;
-        if self != Self::Png {
-            let allowed = "left out unless the file is a .png: the others have no pixels";
-            if export.one_bit {
-                return Err(graphstipple_core::Error::Option { option: "one_bit", value: "true".into(), allowed });
-            }
-            if let Some(dpi) = export.layout.dpi {
-                return Err(graphstipple_core::Error::Option { option: "dpi", value: dpi.to_string(), allowed });
-            }
-        }
-        Ok(())
+        None => Err(Error::Usage(format!("{}: the file name needs a suffix, {suffixes}", path.display()))),
     }
 }
-
-/// For messages.
-const SUFFIXES: &str = ".svg, .pdf, .eps, .dxf, .png or .json";
 
 /// Reads an image file as luma, transparent parts composited on `background` (sRGB).
 ///
@@ -92,33 +50,28 @@ pub fn read_standard_input(background: [u8; 3]) -> Result<Field> {
 }
 
 fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3]) -> Result<Field> {
-    stages::decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })
+    decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })
 }
 
-/// The bytes of a drawing's file.
+/// The importance of a photo, given as luma. Files are laid on `background` as the photo is. The seconds that it took are added under
+/// their stage: `saliency`, or `decoding` for a file.
 ///
 /// # Errors
-/// As [`Format::check`]; [`Error::Core`] if the drawing does not fit its page, or a raster would be too large.
-pub fn encode(drawing: &Drawing, format: Format, export: &Export) -> Result<Vec<u8>> {
-    format.check(export)?;
-    Ok(match format {
-        Format::Svg => to_svg(drawing, export)?.into_bytes(),
-        Format::Pdf => to_pdf(drawing, export)?,
-        Format::Eps => to_eps(drawing, export)?.into_bytes(),
-        Format::Dxf => to_dxf(drawing, export)?.into_bytes(),
-        Format::Png => raster::to_png(drawing, export)?,
-        Format::Json => to_json(drawing).into_bytes(),
-    })
+/// As [`read_photo`].
+pub fn evaluate(source: Source, luma: &Field, background: [u8; 3], seconds: &mut BTreeMap<String, f64>) -> Result<Importance> {
+    let (began, stage) = (Instant::now(), source.stage());
+    let importance = source.evaluate(luma, |path| read_photo(Path::new(path), background))?;
+    *seconds.entry(stage.to_owned()).or_default() += began.elapsed().as_secs_f64();
+    Ok(importance)
 }
 
-/// Writes a drawing as the format that the path's suffix stands for.
+/// Writes a drawing to a file.
 ///
 /// # Errors
-/// As [`Format::of_path`], [`encode`] and [`write_atomically`]; then no file is left behind, and one that was there is as it was.
-pub fn save(drawing: &Drawing, path: &Path, export: &Export) -> Result<()> {
-    let format = Format::of_path(path)?;
+/// As [`Writer::write`] and [`write_atomically`]; then no file is left behind, and one that was there is as it was.
+pub fn save(drawing: &Drawing, path: &Path, writer: &Writer) -> Result<()> {
     check_target(path)?;
-    write_atomically(path, &encode(drawing, format, export)?)
+    write_atomically(path, &writer.write(drawing)?)
 }
 
 /// Checks what can be checked before the work starts: that the folder of a file to write is there, and the file is not a folder.
@@ -174,20 +127,19 @@ fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Reads a drawing again from a `.json` or `.svg` that [`save`] wrote.
+/// Reads a drawing again from a file that [`save`] wrote, of a format that holds all of it.
 ///
 /// # Errors
 /// [`Error::Usage`] for another suffix, [`Error::File`] if the file cannot be read, [`Error::Photo`] if it holds no drawing of
 /// ours.
 pub fn load(path: &Path) -> Result<Drawing> {
-    let read = match Format::of_path(path) {
-        Ok(Format::Json) => load::from_json,
-        Ok(Format::Svg) => load::from_svg,
-        _ => return Err(Error::Usage(format!("{}: the suffix of a drawing to load must be .json or .svg", path.display()))),
+    let format = format_of_path(path).ok().filter(|format| format.can_be_read());
+    let Some(format) = format else {
+        let suffixes = Format::suffixes_to_load();
+        return Err(Error::Usage(format!("{}: the suffix of a drawing to load must be {suffixes}", path.display())));
     };
     let bytes = fs::read(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
-    let text = String::from_utf8(bytes).map_err(|_| graphstipple_core::Error::Input("the file is not text in UTF-8".into()));
-    text.and_then(|text| read(&text)).map_err(|source| Error::Photo { path: path.to_owned(), source })
+    graphstipple_core::load(&bytes, format).map_err(|source| Error::Photo { path: path.to_owned(), source })
 }
 
 /// Where a write through a symbolic link ends: the rename would replace the link itself.
@@ -209,7 +161,8 @@ fn folder_of(path: &Path) -> &Path {
 
 #[cfg(test)]
 mod tests {
-    use graphstipple_core::stages::{Ink, Layout, Mark, Provenance, Stipple};
+    use graphstipple_core::Export;
+    use graphstipple_core::stages::{Ink, Mark, Provenance, Stipple, Value};
 
     use super::*;
 
@@ -222,11 +175,7 @@ mod tests {
             regions: vec![],
             order: vec![Mark::Stipple(0)],
             units: 8.0,
-            provenance: Provenance {
-                version: "0".into(),
-                importance: "none".into(),
-                options: graphstipple_core::Options::default(),
-            },
+            provenance: Provenance::default(),
         }
     }
 
@@ -238,20 +187,23 @@ mod tests {
 
     #[test]
     fn the_suffix_says_the_format() {
-        assert_eq!(Format::of_path(Path::new("a/b.SVG")).unwrap(), Format::Svg);
-        assert_eq!(Format::of_path(Path::new("b.png")).unwrap(), Format::Png);
+        assert_eq!(format_of_path(Path::new("a/b.SVG")).unwrap().suffix, "svg");
+        assert_eq!(format_of_path(Path::new("b.png")).unwrap().suffix, "png");
         for (path, message) in [
             ("a.gif", "a.gif: the suffix must be .svg, .pdf, .eps, .dxf, .png or .json"),
             ("a", "a: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json"),
             (".svg", ".svg: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json"),
         ] {
-            let error = Format::of_path(Path::new(path)).unwrap_err();
+            let error = format_of_path(Path::new(path)).unwrap_err();
             assert_eq!((error.to_string().as_str(), error.exit_code()), (message, 2));
         }
     }
 
-    fn width(text: &str) -> Export {
-        Export { layout: Layout { width: Some(text.parse().unwrap()), ..Layout::default() }, ..Export::default() }
+    /// Writes the dot as a file of this name, so wide.
+    fn save_at(path: &Path, width: &str) -> Result<()> {
+        let mut export = Export::default();
+        export.set("width", &Value::Word(width.to_owned())).unwrap();
+        save(&dot(), path, &format_of_path(path)?.writer(export.check()?)?)
     }
 
     #[test]
@@ -266,35 +218,23 @@ mod tests {
             ("a.json", "{"),
             ("a.png", "\u{89}PNG"),
         ] {
-            save(&dot(), &path(name), &width("40px")).unwrap();
+            save_at(&path(name), "40px").unwrap();
             let text: String = fs::read(path(name)).unwrap().into_iter().map(char::from).collect();
             assert!(text.starts_with(begin), "{name}: {text}");
         }
         let png = image::open(path("a.png")).unwrap();
         assert_eq!((png.width(), png.height()), (40, 20));
         for name in ["b.svg", "b.pdf", "b.eps", "b.dxf", "b.png"] {
-            assert!(save(&dot(), &path(name), &width("0")).is_err(), "{name}");
+            assert!(save_at(&path(name), "0").is_err(), "{name}");
         }
         assert_eq!(names(folder.path()), ["a.dxf", "a.eps", "a.json", "a.pdf", "a.png", "a.svg"]);
-    }
-
-    #[test]
-    fn only_a_png_has_pixels() {
-        let one_bit = Export { one_bit: true, ..Export::default() };
-        let fine = Export { layout: Layout { dpi: Some(600.0), ..Layout::default() }, ..Export::default() };
-        for format in [Format::Svg, Format::Pdf, Format::Eps, Format::Dxf, Format::Json] {
-            let rule = "but it must be left out unless the file is a .png: the others have no pixels";
-            assert_eq!(encode(&dot(), format, &one_bit).unwrap_err().to_string(), format!("one_bit is true, {rule}"));
-            assert_eq!(encode(&dot(), format, &fine).unwrap_err().to_string(), format!("dpi is 600, {rule}"));
-        }
-        encode(&dot(), Format::Png, &Export { one_bit: true, ..fine }).unwrap();
     }
 
     #[test]
     fn a_missing_folder_is_one_sentence() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("none").join("a.svg");
-        let error = save(&dot(), &path, &Export::default()).unwrap_err();
+        let error = save_at(&path, "40px").unwrap_err();
         let expected = format!("{}: the folder {} does not exist", path.display(), folder.path().join("none").display());
         assert_eq!((error.to_string(), error.exit_code()), (expected, 1));
         assert_eq!(names(folder.path()), Vec::<String>::new());

@@ -15,15 +15,12 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use clap::Parser;
-use graphstipple_core::presets::presets;
-use graphstipple_core::stages::{Source, draw_owned, fine_grained, luma_to_u8, raster};
-use graphstipple_core::{Control, Field, Importance};
+use graphstipple_core::stages::{Stats, draw_owned, raster, schema};
+use graphstipple_core::{Control, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use arguments::{Arguments, Job, Output, in_flags};
+use arguments::{HELP_ALL, Job, LIST_PRESETS, OPTIONS_SCHEMA, command, in_flags};
 pub use error::{Error, Result};
-use files::Format;
 
 /// How often the waiting thread looks for an interruption and moves the progress bar: well under the half second within which
 /// an interruption must end the run, and too seldom to cost anything.
@@ -43,22 +40,30 @@ const STEPS: u64 = 1000;
 /// Returns the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted. What went wrong is one line on standard error.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> bool) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    if arguments.iter().skip(1).any(|argument| argument == "--list-presets") {
-        return print(io::stdout(), list_of_presets().as_bytes()).map_or_else(|error| report(&error), |()| 0);
-    }
-    let arguments = match Arguments::try_parse_from(arguments) {
-        Ok(arguments) => arguments,
-        Err(error) if !error.use_stderr() => {
-            // Help and version; a reader that went away does not need them.
-            let _ = error.print();
-            return 0;
-        }
-        Err(error) => return report(&Error::Usage(one_line(&error.to_string()))),
+    let done = match printed(&arguments) {
+        Some(text) => print(io::stdout(), text.as_bytes()),
+        None => Job::of(arguments).and_then(|job| execute(&job, interrupted)),
     };
-    match execute(&arguments, interrupted) {
-        Ok(()) => 0,
-        Err(error) => report(&error),
-    }
+    done.map_or_else(|error| report(&error), |()| 0)
+}
+
+/// What is printed in place of drawing, if a flag asks for it: then nothing else is looked at.
+fn printed(arguments: &[OsString]) -> Option<String> {
+    arguments.iter().skip(1).find_map(|argument| {
+        let flag = match argument.to_str()? {
+            "-h" => "help",
+            "-V" => "version",
+            flag => flag.strip_prefix("--")?,
+        };
+        Some(match flag {
+            "help" => command(false).render_help().to_string(),
+            HELP_ALL => command(true).render_help().to_string(),
+            "version" => format!("graphstipple {}\n", env!("CARGO_PKG_VERSION")),
+            LIST_PRESETS => list_of_presets(),
+            OPTIONS_SCHEMA => serde_json::to_string_pretty(&schema()).expect("names and numbers always serialize") + "\n",
+            _ => return None,
+        })
+    })
 }
 
 /// A line for each preset: its name and what it gives.
@@ -80,26 +85,18 @@ fn report(error: &Error) -> u8 {
     error.exit_code()
 }
 
-/// What clap says, without its usage block: the message and its tip.
-fn one_line(text: &str) -> String {
-    let told = text.split("\n\nUsage:").next().unwrap_or(text).split("\n\nFor more information").next().unwrap_or(text);
-    let told = told.trim_start_matches("error: ").replace("\n\n  tip: ", "; ");
-    told.split_whitespace().collect::<Vec<_>>().join(" ") + " (see graphstipple --help)"
-}
-
-fn execute(arguments: &Arguments, interrupted: &dyn Fn() -> bool) -> Result<()> {
-    let job = arguments.job()?;
+fn execute(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<()> {
     for path in job.paths_to_write() {
         files::check_target(path)?;
     }
-    let made = work(&job, interrupted, !arguments.quiet)?;
+    let made = work(job, interrupted)?;
 
     let complete: Vec<(&Path, &[u8])> = made.files.iter().map(|(path, bytes)| (path.as_path(), bytes.as_slice())).collect();
     files::write_all_atomically(&complete)?;
     if let Some(svg) = &made.standard_output {
         print(io::stdout(), svg)?;
     }
-    if arguments.stats {
+    if job.stats {
         let json = serde_json::to_string_pretty(&made.stats).expect("numbers and names always serialize") + "\n";
         if made.standard_output.is_some() {
             print(io::stderr(), json.as_bytes())?;
@@ -122,11 +119,11 @@ fn print(mut stream: impl Write, bytes: &[u8]) -> Result<()> {
 struct Made {
     files: Vec<(PathBuf, Vec<u8>)>,
     standard_output: Option<Vec<u8>>,
-    stats: graphstipple_core::stages::Stats,
+    stats: Stats,
 }
 
 /// Does the job on a thread of its own and waits for it or for an interruption.
-fn work(job: &Job, interrupted: &dyn Fn() -> bool, show_progress: bool) -> Result<Made> {
+fn work(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<Made> {
     let control = Arc::new(Control::new());
     let (sender, receiver) = mpsc::channel();
     let (worker_control, worker_job) = (Arc::clone(&control), job.clone());
@@ -138,7 +135,7 @@ fn work(job: &Job, interrupted: &dyn Fn() -> bool, show_progress: bool) -> Resul
         })
         .map_err(|error| graphstipple_core::Error::Internal(format!("no thread can be started: {error}")))?;
 
-    let mut bar = Bar::new(show_progress);
+    let mut bar = Bar::new(!job.quiet);
     loop {
         match receiver.recv_timeout(POLL) {
             Ok(_) | Err(RecvTimeoutError::Timeout) if interrupted() => {
@@ -162,19 +159,16 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         Some(path) => files::read_photo(path, job.background)?,
         None => files::read_standard_input(job.background)?,
     };
-    seconds.insert("decoding", begin.elapsed().as_secs_f64());
+    seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
     // Sizes that cannot be are better told now than after the work.
     let least_radius = job.check_sizes(luma.width(), luma.height())?;
-    let begin = Instant::now();
-    let importance = importance(job, &luma)?;
-    let stage = if matches!(importance, Importance::Saliency(_)) { "saliency" } else { "decoding" };
-    *seconds.entry(stage).or_insert(0.0) += begin.elapsed().as_secs_f64();
+    let importance = files::evaluate(job.importance.clone(), &luma, job.background, &mut seconds)?;
     control.check()?;
     let outcome = draw_owned(luma, importance, &job.options, control)?;
 
     let mut stats = outcome.stats;
     *stats.seconds.entry("total".into()).or_default() += seconds.values().sum::<f64>();
-    stats.seconds.extend(seconds.into_iter().map(|(stage, seconds)| (stage.to_owned(), seconds)));
+    stats.seconds.extend(seconds);
     let mut drawing = outcome.drawing;
     if let Some(least) = least_radius {
         let (changed, changes) = drawing.with_least_radius(least)?;
@@ -184,10 +178,10 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         (stats.anchors, stats.coordinates) = drawing.count_written();
     }
     let mut made = Made { files: Vec::new(), standard_output: None, stats };
-    let bytes = files::encode(&drawing, job.output.format(), &job.export)?;
+    let bytes = job.writer.write(&drawing)?;
     match &job.output {
-        Output::Standard => made.standard_output = Some(bytes),
-        Output::File { path, .. } => made.files.push((path.clone(), bytes)),
+        None => made.standard_output = Some(bytes),
+        Some(path) => made.files.push((path.clone(), bytes)),
     }
     control.check()?;
     if let Some((path, width)) = &job.preview {
@@ -196,37 +190,15 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     Ok(made)
 }
 
-fn importance(job: &Job, luma: &Field) -> Result<Importance> {
-    Ok(match &job.importance {
-        Source::Saliency => Importance::Saliency(fine_grained(&luma_to_u8(luma), luma.width(), luma.height())),
-        Source::Constant(value) => Importance::Constant(*value),
-        Source::File(path) => Importance::Map(files::read_photo(Path::new(path), job.background)?),
-    })
-}
-
 impl Job {
-    fn paths_to_write(&self) -> impl Iterator<Item = &Path> {
-        let output = match &self.output {
-            Output::Standard => None,
-            Output::File { path, .. } => Some(path.as_path()),
-        };
-        output.into_iter().chain(self.preview.iter().map(|preview| preview.0.as_path()))
-    }
-
     /// Checks that everything to write can have the size that is asked for, given that of the canvas. Returns the least radius of
     /// a stipple in pixels of the canvas, if there is one.
     fn check_sizes(&self, width: usize, height: usize) -> Result<Option<f64>> {
-        let layout = &self.export.layout;
-        if self.output.format() == Format::Png {
-            let [width, height] = layout.place_pixels(width, height)?.page;
-            raster::check_size(width, height)?;
-        } else {
-            layout.place(width, height)?;
-        }
+        self.writer.check_size(width, height)?;
         if let Some((_, preview)) = &self.preview {
             raster::size(width, height, *preview)?;
         }
-        let least = self.min_dot.map(|min_dot| layout.least_radius(min_dot, width, height));
+        let least = self.min_dot.map(|min_dot| self.writer.least_radius(min_dot, width, height));
         least.transpose().map_err(in_flags)
     }
 }

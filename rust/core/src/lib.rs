@@ -3,35 +3,23 @@
 // The folders stand in the order of the data: each imports from those above it alone.
 
 mod base;
-
-mod options;
-
-mod photo;
-
-mod importance;
-
-mod graph;
-
 mod diffusion;
-
-mod sites;
-
-mod labels;
-
-mod outlines;
-
 mod drawing;
-
 mod files;
-
+mod graph;
+mod importance;
+mod labels;
+mod options;
+mod outlines;
+mod photo;
 mod pipeline;
-
+mod sites;
 pub mod stages;
 
-pub use base::{Control, Error, Result};
+pub use base::{Checked, Control, Error, Result};
 pub use drawing::Drawing;
-pub use files::{Export, load};
+pub use files::{Export, Format, load};
 pub use importance::Importance;
-pub use options::{Options, presets};
+pub use options::{Options, Published, presets};
 pub use photo::Field;
 pub use pipeline::{Outcome, Session, draw};

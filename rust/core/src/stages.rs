@@ -4,12 +4,13 @@
 pub use crate::base::{FLATTENING_TOLERANCE, Ink, Side, parse_color, signed_area};
 // What options hold.
 pub use crate::options::{
-    Alpha, Budget, Carry, Crossings, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Inks, LatticeKind, Order, Preset,
+    Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
+    ErrorWeighting, Group, Inks, LatticeKind, Order, PUBLISHED, Preset, Rule, Stage, Value, preset, schema,
 };
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, decode, emphasize, luma, luma_to_u8};
 // Where detail is wanted.
-pub use crate::importance::{Source, fine_grained};
+pub use crate::importance::{KINDS, Kind, Source, fine_grained};
 // Graphs, and what is found on them.
 pub use crate::graph::{
     Adjacency, Beside, Cells, Components, FRAME_MARGIN, Graph, Lattice, TonedCells, Triangulation, cells, components,
@@ -27,8 +28,8 @@ pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, ou
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, assemble};
 // How files are written.
 pub use crate::files::{
-    Area, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, Sheet, Style, Unit, raster, to_dxf, to_eps,
-    to_json, to_pdf, to_svg,
+    Area, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, SETTINGS, Setting, Sheet, Style, Unit, Writer,
+    named_length, raster,
 };
 // The whole method, giving back its memory as it goes.
 pub use crate::pipeline::draw_owned;

@@ -1,7 +1,7 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
-use graphstipple_core::stages::{FLATTENING_TOLERANCE, Inks, RingPart, Stipple, Style, signed_area, to_json, to_svg};
-use graphstipple_core::{Control, Drawing, Export, Field, Importance, Options, Outcome, draw, load};
+use graphstipple_core::stages::{FLATTENING_TOLERANCE, Inks, RingPart, Stipple, Style, signed_area};
+use graphstipple_core::{Control, Drawing, Export, Field, Format, Importance, Options, Outcome, Published, Result, load};
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
 
@@ -116,6 +116,26 @@ fn picture(width: usize, height: usize, seed: u64, grain: usize) -> Field {
     Field::new(width, height, (0..width * height).map(value).collect()).unwrap()
 }
 
+/// The drawing of a picture whose importance is the same everywhere.
+fn draw(luma: &Field, importance: f32, options: Options) -> Outcome {
+    graphstipple_core::draw(luma, &Importance::Constant(importance), &options.check().unwrap(), &Control::new()).unwrap()
+}
+
+/// The parameters of the published method with this density.
+fn of_density(density: f64) -> Published {
+    Published { density: Some(density), ..Published::ours() }
+}
+
+/// The bytes of a drawing's file.
+fn written(drawing: &Drawing, suffix: &str, export: Export) -> Vec<u8> {
+    Format::of_suffix(suffix).unwrap().writer(export.check().unwrap()).unwrap().write(drawing).unwrap()
+}
+
+/// The drawing of such a file.
+fn read(bytes: impl AsRef<[u8]>, suffix: &str) -> Result<Drawing> {
+    load(bytes.as_ref(), Format::of_suffix(suffix).unwrap())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
     #[test]
@@ -130,26 +150,26 @@ proptest! {
         irregularity in prop_oneof![Just(0.0), Just(0.5), Just(1.0)],
     ) {
         let options = Options {
-            density: Some(density), tolerance, stipple_scale, stipple_min, stipple_max, irregularity, seed: seed >> 11,
+            published: of_density(density), tolerance, stipple_scale, stipple_min, stipple_max, irregularity, seed: seed >> 11,
             ..Options::default()
         };
         let luma = picture(width, height, seed, grain);
-        let drawing = draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
+        let drawing = draw(&luma, 0.5, options.clone()).drawing;
         check(&drawing);
         prop_assert!(drawing.stipples.iter().all(|dot| dot.radius <= stipple_max.unwrap_or(f64::INFINITY)));
         // Irregular dots are curves too, but the tolerance is not about them.
         let [simple, full] = [tolerance, 0.0].map(|tolerance| {
             let options = Options { tolerance, irregularity: 0.0, ..options.clone() };
-            draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing
+            draw(&luma, 0.5, options).drawing
         });
         check_distance(&simple, &full, tolerance);
 
-        prop_assert_eq!(&load::from_json(&to_json(&drawing)).unwrap(), &*drawing);
+        prop_assert_eq!(&read(written(&drawing, "json", Export::default()), "json").unwrap(), &*drawing);
         for (style, inks) in [
             (Style::Flat, Inks::Black), (Style::Flat, Inks::White), (Style::Flat, Inks::Both), (Style::Layered, Inks::Black),
         ] {
-            let file = to_svg(&drawing, &Export { style, inks, ..Export::default() }).unwrap();
-            prop_assert_eq!(&load::from_svg(&file).unwrap(), &*drawing, "{:?} {:?}", style, inks);
+            let file = written(&drawing, "svg", Export { style, inks, ..Export::default() });
+            prop_assert_eq!(&read(file, "svg").unwrap(), &*drawing, "{:?} {:?}", style, inks);
         }
 
         let (larger, changes) = drawing.with_least_radius(0.7).unwrap();
@@ -163,8 +183,7 @@ proptest! {
 
 /// A picture on few nodes, with dots of 2 pixels and a little less.
 fn sparse(options: Options) -> Outcome {
-    let options = Options { density: Some(0.1), relax: 3, ..options };
-    draw(&picture(120, 90, 11, 5), &Importance::Constant(1.0), &options, &Control::new()).unwrap()
+    draw(&picture(120, 90, 11, 5), 1.0, Options { published: of_density(0.1), relax: 3, ..options })
 }
 
 #[test]
@@ -214,23 +233,45 @@ fn irregular_dots_differ_between_seeds_and_are_the_same_in_every_run() {
 #[test]
 fn two_regions_with_one_top_keep_their_order() {
     // Found by the test above: both sides of an open curve, with nothing higher on their other curves.
-    let options = Options { density: Some(1.0), tolerance: 0.5, ..Options::default() };
+    let options = Options { published: of_density(1.0), tolerance: 0.5, ..Options::default() };
     let luma = picture(15, 12, 16_723_320_131_703_599_830, 4);
-    let drawing = draw(&luma, &Importance::Constant(0.5), &options, &Control::new()).unwrap().drawing;
-    assert_eq!(load::from_json(&to_json(&drawing)).unwrap(), *drawing);
+    let drawing = draw(&luma, 0.5, options).drawing;
+    assert_eq!(read(written(&drawing, "json", Export::default()), "json").unwrap(), *drawing);
 }
 
 #[test]
 fn what_is_no_drawing_of_ours_is_refused_in_a_sentence() {
     let luma = picture(20, 20, 7, 3);
-    let drawing = draw(&luma, &Importance::Constant(0.5), &Options::default(), &Control::new()).unwrap().drawing;
-    let (good_json, good_svg) = (to_json(&drawing), to_svg(&drawing, &Export::default()).unwrap());
+    let drawing = draw(&luma, 0.5, Options::default()).drawing;
+    let [good_json, good_svg] =
+        ["json", "svg"].map(|suffix| String::from_utf8(written(&drawing, suffix, Export::default())).unwrap());
     let broken_json =
         ["", "{}", &good_json.replace("graphstipple drawing", "other"), &good_json.replace("\"curves\":[\"M", "\"curves\":[\"X")];
     let broken_svg = ["", "<svg/>", &good_svg.replace("units=", "unit="), &good_svg.replacen(" d=\"m", " d=\"m1e9 0 5 x", 1)];
-    let errors = broken_json.iter().map(|text| load::from_json(text)).chain(broken_svg.iter().map(|text| load::from_svg(text)));
+    let errors = broken_json.iter().map(|text| read(text, "json")).chain(broken_svg.iter().map(|text| read(text, "svg")));
     for error in errors {
         let text = error.unwrap_err().to_string();
         assert!(text.starts_with("this is not a drawing that graphstipple wrote: "), "{text}");
+    }
+}
+
+#[test]
+fn what_is_told_of_a_drawing_of_another_version_is_kept() {
+    let drawing = draw(&picture(20, 20, 7, 3), 0.5, Options::default()).drawing;
+    for suffix in ["json", "svg"] {
+        let ours = String::from_utf8(written(&drawing, suffix, Export::default())).unwrap();
+        let theirs = ours.replacen("\"options\":{\"nodes\":null", "\"options\":{\"wobble\":0.25,\"nodes\":null", 1).replacen(
+            "\"version\":\"",
+            "\"subject\":[\"auto\",-0.0,1e-7],\"version\":\"9",
+            1,
+        );
+        assert_eq!(ours.len() + 50, theirs.len(), "{suffix}");
+        let read = read(&theirs, suffix).unwrap();
+        assert_eq!(read.curves, drawing.curves);
+        let told = read.provenance.options().unwrap_err().to_string();
+        assert!(told.starts_with("the drawing was made by graphstipple 9") && told.ends_with("does not know: wobble"), "{told}");
+        let again = String::from_utf8(written(&read, suffix, Export::default())).unwrap();
+        assert!(again.contains("\"wobble\":0.25,\"nodes\":null") && again.contains("\"subject\":[\"auto\",-0.0,1e-7]"), "{again}");
+        assert_eq!(String::from_utf8(written(&drawing, suffix, Export::default())).unwrap(), ours);
     }
 }

@@ -1,53 +1,54 @@
 //! Drawing a photo, reading a drawing again, and the drawing as an object.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use graphstipple_cli::files;
+use graphstipple_cli::files::{self, format_of_path};
 use graphstipple_core::stages::{
-    Components, FLATTENING_TOLERANCE, Graph, Ink, Labels, Source, TonedCells, draw_owned, raster, to_json as drawing_to_json,
-    to_svg,
+    Components, FLATTENING_TOLERANCE, Graph, Ink, Labels, Source, TonedCells, Writer, draw_owned, named_length, raster,
 };
-use graphstipple_core::{self as core, Error, Field, Importance, Outcome};
+use graphstipple_core::{Drawing as CoreDrawing, Error, Field, Format, Outcome};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
-use serde_json::{Map, Value};
+use pyo3::types::{PyBytes, PyDict};
+use serde_json::{Map, Value as Json};
 
-use crate::{arrays, errors, export, options, watch};
+use crate::options::{self, Options};
+use crate::{arrays, errors, values, watch};
 
-/// Draw luma (height, width) with an importance: "saliency" or "map" with the map, or the name of a constant.
+/// Draw luma (height, width) with an importance: the name of a source, or a map.
 #[pyfunction]
-#[pyo3(signature = (luma, importance, importance_map, options_json, progress=None))]
+#[pyo3(signature = (luma, importance, options, progress=None))]
 pub(crate) fn draw(
     py: Python<'_>,
     luma: PyReadonlyArray2<'_, f32>,
-    importance: &str,
-    importance_map: Option<PyReadonlyArray2<'_, f32>>,
-    options_json: &str,
+    importance: &Bound<'_, PyAny>,
+    options: &Options,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Drawing> {
-    let options = options::parse(options_json)?;
-    let (luma, importance) = (arrays::field(&luma)?, given_importance(importance, importance_map)?);
-    let outcome = watch::run(py, progress, errors::from_core, move |control| draw_owned(luma, importance, &options, control))?;
+    let (luma, source, options) = (arrays::field(&luma)?, source(importance)?, options.checked.clone());
+    let background = options::background(&options)?;
+    let outcome = watch::run(py, progress, errors::from_files, move |control| {
+        let mut seconds = BTreeMap::new();
+        let importance = files::evaluate(source, &luma, background, &mut seconds)?;
+        control.check()?;
+        let mut outcome = draw_owned(luma, importance, &options, control)?;
+        outcome.stats.add_seconds(seconds);
+        Ok(outcome)
+    })?;
     Drawing::of(outcome)
 }
 
-/// The importance as Python names it, with its map if it has one.
-pub(crate) fn given_importance(name: &str, map: Option<PyReadonlyArray2<'_, f32>>) -> PyResult<Importance> {
-    let map = map.as_ref().map(arrays::field).transpose()?;
-    match (name, map) {
-        ("saliency", Some(map)) => Ok(Importance::Saliency(map)),
-        ("map", Some(map)) => Ok(Importance::Map(map)),
-        (name, None) => match Source::parse(name).map_err(errors::from_core)? {
-            Source::Constant(value) => Ok(Importance::Constant(value)),
-            _ => Err(errors::invalid(format!("the importance \"{name}\" needs a map"))),
-        },
-        (name, Some(_)) => Err(errors::invalid(format!("the importance \"{name}\" takes no map"))),
+/// A source of importance: the name of one, or a map (height, width).
+pub(crate) fn source(given: &Bound<'_, PyAny>) -> PyResult<Source> {
+    match given.extract::<PyReadonlyArray2<'_, f32>>() {
+        Ok(map) => arrays::field(&map).map(Source::Map),
+        Err(_) => Source::parse(&given.extract::<String>()?).map_err(errors::from_core),
     }
 }
 
-/// Read a drawing from a file that graphstipple wrote, JSON or SVG by suffix.
+/// Read a drawing from a file that graphstipple wrote; its suffix says the format.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
     let drawing = watch::run(py, None, errors::from_files, move |_| files::load(&path))?;
@@ -58,8 +59,8 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
 /// What `draw` and `load` make: `graphstipple.Drawing` wraps it.
 #[pyclass(frozen, module = "graphstipple._core")]
 pub(crate) struct Drawing {
-    drawing: Arc<core::Drawing>,
-    stats: Map<String, Value>,
+    drawing: Arc<CoreDrawing>,
+    stats: Map<String, Json>,
     stages: Option<Stages>,
 }
 
@@ -77,7 +78,7 @@ impl Drawing {
     /// What the pipeline made, for Python.
     pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
         let Outcome { drawing, stats, graph, cells, labels, components, importance } = outcome;
-        let Value::Object(stats) = to_value(&stats)? else {
+        let Json::Object(stats) = to_json(&stats)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
         Ok(Self { drawing, stats, stages: Some(Stages { graph, cells, labels, components, importance }) })
@@ -116,17 +117,12 @@ impl Drawing {
         self.drawing.height
     }
 
-    /// The drawing as an SVG document.
-    fn svg(&self, py: Python<'_>, export_json: &str) -> PyResult<String> {
-        let export = export::parse(export_json)?;
+    /// The bytes of the drawing's file of this suffix, with settings by name.
+    fn encode<'py>(&self, py: Python<'py>, suffix: &str, settings: &Bound<'_, PyDict>) -> PyResult<Bound<'py, PyBytes>> {
+        let writer = writer(Format::of_suffix(suffix).map_err(errors::from_core)?, settings)?;
         let drawing = Arc::clone(&self.drawing);
-        watch::run_core(py, move |_| to_svg(&drawing, &export))
-    }
-
-    /// The drawing as a JSON document.
-    fn json(&self, py: Python<'_>) -> PyResult<String> {
-        let drawing = Arc::clone(&self.drawing);
-        watch::run_core(py, move |_| Ok(drawing_to_json(&drawing)))
+        let bytes = watch::run_core(py, move |_| writer.write(&drawing))?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     /// The drawing as grey values (height, width).
@@ -137,28 +133,21 @@ impl Drawing {
         arrays::from_rows(py, [raster.height, raster.width], raster.values)
     }
 
-    /// The drawing as the bytes of a PNG file.
-    fn png<'py>(&self, py: Python<'py>, export_json: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let export = export::parse(export_json)?;
-        let drawing = Arc::clone(&self.drawing);
-        let bytes = watch::run_core(py, move |_| raster::to_png(&drawing, &export))?;
-        Ok(PyBytes::new(py, &bytes))
-    }
-
-    /// Write the drawing to a file, whole or not at all; the suffix says how.
+    /// Write the drawing to a file, whole or not at all, with settings by name; its suffix says the format.
     // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
-    fn save(&self, py: Python<'_>, path: PathBuf, export_json: &str) -> PyResult<()> {
-        let export = export::parse(export_json)?;
-        py.detach(|| files::save(&self.drawing, &path, &export)).map_err(errors::from_files)
+    fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>) -> PyResult<()> {
+        let writer = writer(format_of_path(&path).map_err(errors::from_files)?, settings)?;
+        py.detach(|| files::save(&self.drawing, &path, &writer)).map_err(errors::from_files)
     }
 
-    /// The drawing with no dot smaller than this radius (JSON of a length) at the export's size.
-    fn with_min_dot(&self, py: Python<'_>, length_json: &str, export_json: &str) -> PyResult<Self> {
-        let least = export::length("min_dot", length_json)?;
-        let layout = export::parse(export_json)?.layout;
+    /// The drawing with no dot smaller than this radius, a length, at the size that the settings say.
+    fn with_min_dot(&self, py: Python<'_>, length: &Bound<'_, PyAny>, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let least = named_length("min_dot", &values::from_python(length)?).map_err(errors::from_core)?;
+        // Sizes are the same on all paper.
+        let writer = writer(Format::ALL[0], settings)?;
         let drawing = Arc::clone(&self.drawing);
         let (drawing, changes) =
-            watch::run_core(py, move |_| drawing.with_least_radius(layout.least_radius(least, drawing.width, drawing.height)?))?;
+            watch::run_core(py, move |_| drawing.with_least_radius(writer.least_radius(least, drawing.width, drawing.height)?))?;
         let mut stats = self.stats.clone();
         stats.extend(counts(&drawing));
         stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
@@ -166,14 +155,19 @@ impl Drawing {
         Ok(Self { drawing: Arc::new(drawing), stats, stages: self.stages.clone() })
     }
 
-    /// Counts and times as JSON.
-    fn stats(&self) -> PyResult<String> {
-        to_json(&self.stats)
+    /// Counts and times by name.
+    fn stats(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        values::table_of(py, self.stats.iter().map(|(name, value)| (name.as_str(), value)))
     }
 
-    /// Version, importance and options as JSON.
-    fn provenance(&self) -> PyResult<String> {
-        to_json(&self.drawing.provenance)
+    /// Version, importance and options, as they were written.
+    fn provenance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        values::data(py, &to_json(&self.drawing.provenance)?)
+    }
+
+    /// Check that this version knows the options that the drawing was made with.
+    fn check_options(&self) -> PyResult<()> {
+        self.drawing.provenance.options().map(drop).map_err(errors::from_core)
     }
 
     /// The dots: x, y, radius (n, 3) in pixels, and ink (n,).
@@ -236,7 +230,7 @@ struct Polygons {
 }
 
 impl Polygons {
-    fn of(drawing: &core::Drawing, ink: Ink) -> Self {
+    fn of(drawing: &CoreDrawing, ink: Ink) -> Self {
         let mut polygons = Self::default();
         let mut area = 0;
         for index in (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == ink) {
@@ -260,7 +254,7 @@ impl Polygons {
 }
 
 /// What a drawing itself tells: its size and what is in it.
-fn counts(drawing: &core::Drawing) -> Map<String, Value> {
+fn counts(drawing: &CoreDrawing) -> Map<String, Json> {
     let (anchors, coordinates) = drawing.count_written();
     let counts = [
         ("width", drawing.width),
@@ -274,7 +268,7 @@ fn counts(drawing: &core::Drawing) -> Map<String, Value> {
 }
 
 /// All dots of a drawing.
-pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &core::Drawing) -> PyResult<StippleArrays<'py>> {
+pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &CoreDrawing) -> PyResult<StippleArrays<'py>> {
     let stipples = &drawing.stipples;
     let circles = stipples.iter().flat_map(|dot| [dot.x, dot.y, dot.radius]).collect();
     let inks: Vec<u8> = stipples.iter().map(|dot| dot.ink as u8).collect();
@@ -282,7 +276,7 @@ pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &core::Drawing) -> P
 }
 
 /// One region of a drawing, flattened.
-pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &core::Drawing, index: usize) -> PyResult<RegionArrays<'py>> {
+pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &CoreDrawing, index: usize) -> PyResult<RegionArrays<'py>> {
     let Some(region) = drawing.regions.get(index) else {
         return Err(errors::invalid(format!("there is no region {index}: the drawing has {}", drawing.regions.len())));
     };
@@ -291,10 +285,11 @@ pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &core::Drawing, index
     Ok((arrays::from_pairs(py, exterior)?, holes, drawing.region_area(index), region.ink as u8))
 }
 
-fn to_json(value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|error| errors::from_core(Error::Internal(error.to_string())))
+/// What writes drawings in a format with these settings.
+fn writer(format: Format, settings: &Bound<'_, PyDict>) -> PyResult<Writer> {
+    format.writer(options::export(settings)?).map_err(errors::from_core)
 }
 
-fn to_value(value: &impl serde::Serialize) -> PyResult<Value> {
+fn to_json(value: &impl serde::Serialize) -> PyResult<Json> {
     serde_json::to_value(value).map_err(|error| errors::from_core(Error::Internal(error.to_string())))
 }

@@ -7,11 +7,11 @@
 mod arrays;
 mod drawing;
 mod errors;
-mod export;
 mod options;
 mod photo;
 mod session;
 mod stages;
+mod values;
 mod watch;
 
 use pyo3::prelude::*;
@@ -22,7 +22,7 @@ mod _core {
     #[pymodule_export]
     use crate::drawing::{Drawing, draw, load};
     #[pymodule_export]
-    use crate::options::{default_options, importance_source, preset_options, presets, validated_options};
+    use crate::options::{Options, options_schema, preset_values, presets};
     #[pymodule_export]
     use crate::photo::{adjust, background, luma, luma_to_u8, read_luma, saliency};
     #[pymodule_export]

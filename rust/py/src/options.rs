@@ -1,94 +1,86 @@
-//! Options cross the boundary as JSON, the form that a drawing's metadata has too.
+//! Options, checked once when they are made; presets; the settings of files.
 
-use graphstipple_core::stages::{Inks, Source};
-use graphstipple_core::{Error, Options, presets as core_presets};
+use graphstipple_core::stages::{DECLARATIONS, Group, PUBLISHED, parse_color, preset, schema};
+use graphstipple_core::{Checked, Export, Options as CoreOptions, presets as core_presets};
 use pyo3::prelude::*;
-use serde_json::{Map, Value};
+use pyo3::types::PyDict;
 
-use crate::errors;
+use crate::{errors, values};
 
-/// Options from JSON, every value in its range.
-///
-/// # Errors
-/// `InvalidInputError` that names the option, its value and what is allowed.
-pub(crate) fn parse(json: &str) -> PyResult<Options> {
-    let wrong = |error: serde_json::Error| errors::invalid(format!("the options are not valid: {error}"));
-    let values: Map<String, Value> = serde_json::from_str(json).map_err(wrong)?;
-    // One by one first: serde's message for the whole does not say which option has the wrong type.
-    for (name, value) in &values {
-        let alone = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
-        if let Err(error) = serde_json::from_value::<Options>(alone) {
-            let allowed = match name.as_str() {
-                "alpha" | "importance_alpha" => "it must be \"tonal\", \"dynamic\" or a number between 0 and 1".to_owned(),
-                "seed" => "it must be a whole number between 0 and 9007199254740992".to_owned(),
-                "tone_tolerance" => "it must be None or a number between 0 and 1".to_owned(),
-                "importance_order" | "order" => "it must be \"rows\" or \"global\"".to_owned(),
-                "carry" => "it must be \"value\" or \"area\"".to_owned(),
-                "crossings" => "it must be \"midpoint\" or \"tone\"".to_owned(),
-                _ => in_plain_words(&error.to_string()),
-            };
-            return Err(errors::invalid(format!("{name} is {value}, but {allowed}")));
+/// Options whose every value was found to be in its range: `graphstipple.Options` wraps it.
+#[pyclass(frozen, module = "graphstipple._core")]
+pub(crate) struct Options {
+    pub(crate) checked: Checked<CoreOptions>,
+}
+
+#[pymethods]
+impl Options {
+    /// Options of these values, the defaults where there are none. Those of the published method, `published.NAME`, are taken from
+    /// other options where they are given.
+    #[new]
+    #[pyo3(signature = (values, published=None))]
+    fn new(values: &Bound<'_, PyDict>, published: Option<&Self>) -> PyResult<Self> {
+        let mut options = CoreOptions::default();
+        if let Some(given) = published {
+            options.published = given.checked.published;
         }
+        for (name, value) in values {
+            options.set(&name.extract::<String>()?, &values::from_python(&value)?).map_err(errors::from_core)?;
+        }
+        Ok(Self { checked: options.check().map_err(errors::from_core)? })
     }
-    let options: Options = serde_json::from_value(Value::Object(values)).map_err(wrong)?;
-    options.validate().map_err(errors::from_core)?;
-    Ok(options)
+
+    /// All values by name.
+    fn values(&self, py: Python<'_>) -> PyResult<Py<PyDict>> {
+        values_of(py, &self.checked)
+    }
+
+    /// The colour (R, G, B) of the background.
+    #[getter]
+    fn background(&self) -> PyResult<(u8, u8, u8)> {
+        background(&self.checked).map(Into::into)
+    }
 }
 
-/// What serde expected, without Rust's names of types.
-fn in_plain_words(message: &str) -> String {
-    let Some((_, expected)) = message.rsplit_once("expected ") else {
-        return message.to_owned();
-    };
-    let plain = match expected.split(" at line").next().unwrap_or(expected) {
-        "f64" => "a number",
-        "u32" | "u64" | "usize" => "a whole number",
-        "a boolean" => "True or False",
-        "a string" => "text",
-        other => other,
-    };
-    format!("it must be {plain}")
+/// What lies under transparent parts of images.
+pub(crate) fn background(options: &CoreOptions) -> PyResult<[u8; 3]> {
+    parse_color(&options.background).map_err(errors::from_core)
 }
 
-fn to_json(options: &Options) -> PyResult<String> {
-    serde_json::to_string(options).map_err(|error| errors::from_core(Error::Internal(error.to_string())))
+/// The values of options by name; those of the published method in a table of their own.
+fn values_of(py: Python<'_>, options: &CoreOptions) -> PyResult<Py<PyDict>> {
+    let (plain, method) = (PyDict::new(py), PyDict::new(py));
+    for declaration in DECLARATIONS {
+        let table = if declaration.group == Group::Method { &method } else { &plain };
+        table.set_item(declaration.name, values::to_python(py, &declaration.value(options))?)?;
+    }
+    plain.set_item(PUBLISHED, method)?;
+    Ok(plain.unbind())
 }
 
-/// Check options given as JSON and return them in full, defaults included (threads left out, as in a drawing's metadata).
+/// The options of a preset, by name.
 #[pyfunction]
-pub(crate) fn validated_options(json: &str) -> PyResult<String> {
-    to_json(&parse(json)?)
-}
-
-/// The default options as JSON.
-#[pyfunction]
-pub(crate) fn default_options() -> PyResult<String> {
-    to_json(&Options::default())
-}
-
-/// A preset's options as JSON.
-#[pyfunction]
-pub(crate) fn preset_options(name: &str) -> PyResult<String> {
-    to_json(&core_presets::preset(name).map_err(errors::from_core)?.options)
+pub(crate) fn preset_values(py: Python<'_>, name: &str) -> PyResult<Py<PyDict>> {
+    values_of(py, &preset(name).map_err(errors::from_core)?.options)
 }
 
 /// Name, description and inks of every preset.
 #[pyfunction]
 pub(crate) fn presets() -> Vec<(&'static str, &'static str, &'static str)> {
-    let inks = |inks| match inks {
-        Inks::Black => "black",
-        Inks::White => "white",
-        Inks::Both => "both",
-    };
-    core_presets::presets().into_iter().map(|preset| (preset.name, preset.description, inks(preset.inks))).collect()
+    core_presets().into_iter().map(|preset| (preset.name, preset.description, preset.inks.name())).collect()
 }
 
-/// What an importance name stands for: "saliency", "constant" or "file".
+/// The options as a JSON schema, as data.
 #[pyfunction]
-pub(crate) fn importance_source(name: &str) -> PyResult<&'static str> {
-    Ok(match Source::parse(name).map_err(errors::from_core)? {
-        Source::Saliency => "saliency",
-        Source::Constant(_) => "constant",
-        Source::File(_) => "file",
-    })
+pub(crate) fn options_schema(py: Python<'_>) -> PyResult<Py<PyAny>> {
+    values::data(py, &schema())
+}
+
+/// How a file is written, from settings by name; those that are None are as if they were not there.
+pub(crate) fn export(settings: &Bound<'_, PyDict>) -> PyResult<Checked<Export>> {
+    let mut export = Export::default();
+    for (name, value) in settings.iter().filter(|(_, value)| !value.is_none()) {
+        export.set(&name.extract::<String>()?, &values::from_python(&value)?).map_err(errors::from_core)?;
+    }
+    export.check().map_err(errors::from_core)
 }

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use graphstipple_cli::files;
-use graphstipple_core::stages::{self as core, Pixels, Samples, fine_grained};
+use graphstipple_core::saliency::fine_grained;
+use graphstipple_core::tone::{self, Pixels, Samples};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -44,21 +45,21 @@ pub(crate) fn luma<'py>(py: Python<'py>, samples: &Bound<'py, PyAny>, background
             Owned::U16(values) => Samples::U16(values),
             Owned::F32(values) => Samples::F32(values),
         };
-        core::luma(&Pixels { width: shape[1], height: shape[0], channels: shape[2], samples }, background)
+        tone::luma(&Pixels { width: shape[1], height: shape[0], channels: shape[2], samples }, background)
     })?;
     arrays::from_field(py, field)
 }
 
-/// The tone of luma, (height, width) in [0, 1], adjusted as the options (JSON) say.
+/// The tone of luma, (height, width) in [0, 1], adjusted as the options say.
 #[pyfunction]
 pub(crate) fn adjust<'py>(
     py: Python<'py>,
     luma: PyReadonlyArray2<'py, f32>,
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let options = options::parse(options_json)?;
+    let options = options.checked.clone();
     let field = arrays::field(&luma)?;
-    let tone = watch::run_core(py, move |_| Ok(core::adjust(&field, &options)))?;
+    let tone = watch::run_core(py, move |_| Ok(tone::adjust(&field, &options)))?;
     arrays::from_field(py, tone)
 }
 
@@ -67,20 +68,19 @@ pub(crate) fn adjust<'py>(
 pub(crate) fn luma_to_u8<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -> PyResult<Bound<'py, PyArray2<u8>>> {
     let field = arrays::field(&luma)?;
     let shape = [field.height(), field.width()];
-    arrays::from_rows(py, shape, py.detach(|| core::luma_to_u8(&field)))
+    arrays::from_rows(py, shape, py.detach(|| tone::luma_to_u8(&field)))
 }
 
 /// The core's own fine-grained saliency of luma, (height, width) in [0, 1].
 #[pyfunction]
 pub(crate) fn saliency<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let field = arrays::field(&luma)?;
-    let map = watch::run_core(py, move |_| Ok(fine_grained(&core::luma_to_u8(&field), field.width(), field.height())))?;
+    let map = watch::run_core(py, move |_| Ok(fine_grained(&tone::luma_to_u8(&field), field.width(), field.height())))?;
     arrays::from_field(py, map)
 }
 
 /// The colour (R, G, B) that "white", "black", "#rrggbb" or "#rgb" names.
 #[pyfunction]
 pub(crate) fn background(name: &str) -> PyResult<(u8, u8, u8)> {
-    let [red, green, blue] = core::parse_color(name).map_err(errors::from_core)?;
-    Ok((red, green, blue))
+    parse_color(name).map(Into::into).map_err(errors::from_core)
 }

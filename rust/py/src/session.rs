@@ -1,19 +1,24 @@
 //! A photo that is drawn again and again.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use graphstipple_cli::files;
 use graphstipple_core::Session as CoreSession;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
-use crate::drawing::{Drawing, given_importance};
-use crate::{arrays, errors, options, watch};
+use crate::drawing::{Drawing, source};
+use crate::options::{self, Options};
+use crate::{arrays, errors, watch};
 
 /// A photo and its importance, with what the last drawing of them left: `graphstipple.Session` wraps it.
 #[pyclass(frozen, module = "graphstipple._core")]
 pub(crate) struct Session {
     size: (usize, usize),
     importance: String,
+    /// What it took to make the importance, by stage.
+    seconds: BTreeMap<String, f64>,
     /// Locked by the workers, which never wait for their callers: so a draw that was interrupted, or that another thread or a
     /// progress callback asked for, is waited for and holds nothing up for good.
     session: Arc<Mutex<CoreSession>>,
@@ -21,13 +26,17 @@ pub(crate) struct Session {
 
 #[pymethods]
 impl Session {
-    /// A session on luma (height, width) with an importance, both as for `draw`.
+    /// A session on luma (height, width) with an importance, both as for `draw`; files are laid on the options' background.
     #[new]
-    #[pyo3(signature = (luma, importance, importance_map))]
-    fn new(luma: PyReadonlyArray2<'_, f32>, importance: &str, importance_map: Option<PyReadonlyArray2<'_, f32>>) -> PyResult<Self> {
-        let (luma, importance) = (arrays::field(&luma)?, given_importance(importance, importance_map)?);
-        let (size, name) = ((luma.width(), luma.height()), importance.name());
-        Ok(Self { size, importance: name, session: Arc::new(Mutex::new(CoreSession::new(luma, importance))) })
+    fn new(py: Python<'_>, luma: PyReadonlyArray2<'_, f32>, importance: &Bound<'_, PyAny>, options: &Options) -> PyResult<Self> {
+        let (luma, source, background) = (arrays::field(&luma)?, source(importance)?, options::background(&options.checked)?);
+        let (session, seconds) = watch::run(py, None, errors::from_files, move |_| {
+            let mut seconds = BTreeMap::new();
+            let importance = files::evaluate(source, &luma, background, &mut seconds)?;
+            Ok((CoreSession::new(luma, importance), seconds))
+        })?;
+        let (size, name) = ((session.luma().width(), session.luma().height()), session.importance().name());
+        Ok(Self { size, importance: name, seconds, session: Arc::new(Mutex::new(session)) })
     }
 
     /// Width and height of the canvas in pixels.
@@ -42,10 +51,16 @@ impl Session {
         &self.importance
     }
 
-    /// Draw with the options (JSON), from where they begin to differ from the last ones.
-    #[pyo3(signature = (options_json, progress=None))]
-    fn draw(&self, py: Python<'_>, options_json: &str, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Drawing> {
-        let options = options::parse(options_json)?;
+    /// Seconds that it took to make the importance, by stage.
+    #[getter]
+    fn seconds(&self) -> BTreeMap<String, f64> {
+        self.seconds.clone()
+    }
+
+    /// Draw with the options, from where they begin to differ from the last ones.
+    #[pyo3(signature = (options, progress=None))]
+    fn draw(&self, py: Python<'_>, options: &Options, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Drawing> {
+        let options = options.checked.clone();
         let session = Arc::clone(&self.session);
         let outcome = watch::run(py, progress, errors::from_core, move |control| {
             // A worker that panicked left whole results only, as one that was cancelled does.

@@ -1,7 +1,15 @@
 //! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
 
-use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping};
-use graphstipple_core::{Field, Importance, Options};
+use graphstipple_core::diffusion::{self, Diffusion};
+use graphstipple_core::emphasis;
+use graphstipple_core::graph::Graph;
+use graphstipple_core::importance::Importance;
+use graphstipple_core::lattice::Lattice;
+use graphstipple_core::outline::{Nodes, Shaping};
+use graphstipple_core::refine::{self as core_refine, Refinement};
+use graphstipple_core::{
+    Field, Options, components as core_components, outline as core_outline, pipeline, split as core_split, triangulation, voronoi,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -17,10 +25,10 @@ type LabelArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u8>>, f6
 /// Areas (n,), centroids (n, 2), means (n,) and counts (n,) of cells.
 type CellArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<u32>>);
 
-/// The lattice that the options (JSON) ask for.
+/// The lattice that the options ask for.
 #[pyfunction]
-pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options_json: &str) -> PyResult<GraphArrays<'py>> {
-    let options = options::parse(options_json)?;
+pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options: &Options) -> PyResult<GraphArrays<'py>> {
+    let options = options.checked.clone();
     let (sites, edges) = watch::run_core(py, move |_| {
         let density = options.budget(width as f64 * height as f64).density;
         let graph = Lattice::new(options.lattice, width, height, density)?.to_graph();
@@ -35,16 +43,16 @@ fn spacing(tone: &Field, options: &Options) -> f64 {
     options.budget((tone.width() * tone.height()) as f64).spacing
 }
 
-/// The emphasized tone, with the spacing that the options (JSON) come to.
+/// The emphasized tone, with the spacing that the options come to.
 #[pyfunction]
 pub(crate) fn emphasize<'py>(
     py: Python<'py>,
     tone: PyReadonlyArray2<'py, f32>,
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let options = options::parse(options_json)?;
+    let options = options.checked.clone();
     let tone = arrays::field(&tone)?;
-    let emphasized = watch::run_core(py, move |_| Ok(core::emphasize(&tone, spacing(&tone, &options), &options)))?;
+    let emphasized = watch::run_core(py, move |_| Ok(emphasis::emphasize(&tone, spacing(&tone, &options), &options)))?;
     arrays::from_field(py, emphasized)
 }
 
@@ -55,13 +63,13 @@ pub(crate) fn mixed_importance<'py>(
     tone: PyReadonlyArray2<'py, f32>,
     given: PyReadonlyArray2<'py, f32>,
     is_factor: bool,
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let options = options::parse(options_json)?;
+    let options = options.checked.clone();
     let (tone, map) = (arrays::field(&tone)?, arrays::field(&given)?);
     let mixed = watch::run_core(py, move |_| {
         let spacing = spacing(&tone, &options);
-        let emphasized = core::emphasize(&tone, spacing, &options);
+        let emphasized = emphasis::emphasize(&tone, spacing, &options);
         let importance = if is_factor { Importance::Map(map) } else { Importance::Saliency(map) };
         importance.mixed(&tone, &emphasized, spacing, &options)
     })?;
@@ -73,18 +81,18 @@ pub(crate) fn mixed_importance<'py>(
 pub(crate) fn lattice_labels<'py>(
     py: Python<'py>,
     importance: PyReadonlyArray2<'py, f32>,
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<LabelArrays<'py>> {
-    let options = options::parse(options_json)?;
+    let options = options.checked.clone();
     let importance = arrays::field(&importance)?;
-    let first = watch::run_core(py, move |control| core::first_graph(&importance, &options, control))?;
+    let first = watch::run_core(py, move |control| pipeline::first_graph(&importance, &options, control))?;
     Ok((arrays::from_pairs(py, first.lattice.sites())?, first.labels.into_pyarray(py), first.factor))
 }
 
 /// Samples a pixel, along one axis, for nodes of this density.
 #[pyfunction]
 pub(crate) fn samples_per_pixel(density: f64) -> usize {
-    core::samples_per_pixel(density)
+    voronoi::samples_per_pixel(density)
 }
 
 /// Areas, centroids, means of a field and sample counts of the sites' cells.
@@ -99,7 +107,8 @@ pub(crate) fn cells<'py>(
 ) -> PyResult<CellArrays<'py>> {
     let sites = arrays::pairs("sites", &sites)?;
     let field = field.as_ref().map(arrays::field).transpose()?;
-    let cells = watch::run_core(py, move |control| core::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
+    let cells =
+        watch::run_core(py, move |control| voronoi::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
     Ok((
         cells.areas.into_pyarray(py),
         arrays::from_pairs(py, cells.centroids)?,
@@ -118,7 +127,7 @@ pub(crate) fn owners<'py>(
     samples_per_pixel: usize,
 ) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let owners = watch::run_core(py, move |control| core::owners(&sites, width, height, samples_per_pixel, control))?;
+    let owners = watch::run_core(py, move |control| voronoi::owners(&sites, width, height, samples_per_pixel, control))?;
     arrays::from_rows(py, [height * samples_per_pixel, width * samples_per_pixel], owners)
 }
 
@@ -133,7 +142,7 @@ pub(crate) fn relax<'py>(
     samples_per_pixel: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let relaxed = watch::run_core(py, move |control| core::relax(sites, width, height, steps, samples_per_pixel, control))?;
+    let relaxed = watch::run_core(py, move |control| voronoi::relax(sites, width, height, steps, samples_per_pixel, control))?;
     arrays::from_pairs(py, relaxed)
 }
 
@@ -147,12 +156,12 @@ pub(crate) fn triangulate<'py>(
 ) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let sites = arrays::pairs("sites", &sites)?;
     let edges = watch::run_core(py, move |control| {
-        Ok(core::triangulate(sites, width, height, control)?.graph.edges().collect::<Vec<_>>())
+        Ok(triangulation::triangulate(sites, width, height, control)?.graph.edges().collect::<Vec<_>>())
     })?;
     arrays::from_pairs(py, edges)
 }
 
-/// Labels of the nodes by priority error diffusion, with the options (JSON) of the tone's diffusion.
+/// Labels of the nodes by priority error diffusion, with the options of the tone's diffusion.
 #[pyfunction]
 pub(crate) fn diffuse<'py>(
     py: Python<'py>,
@@ -160,19 +169,19 @@ pub(crate) fn diffuse<'py>(
     edges: PyReadonlyArray2<'py, u32>,
     values: PyReadonlyArray1<'py, f32>,
     areas: Option<PyReadonlyArray1<'py, f64>>,
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
-    let parameters = Diffusion::of_tone(&options::parse(options_json)?);
+    let parameters = Diffusion::of_tone(&options.checked);
     let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
     let (values, areas) = (arrays::values(&values), areas.as_ref().map(arrays::values));
     let labels = watch::run_core(py, move |control| {
-        core::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
+        diffusion::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
     })?;
     Ok(labels.into_pyarray(py))
 }
 
 /// The graph of these edges, for stages that ask who is connected, not where: any positions will do.
-fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::Result<Graph> {
+fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::error::Result<Graph> {
     Graph::from_edges(vec![[0.0; 2]; nodes], edges)
 }
 
@@ -185,14 +194,14 @@ pub(crate) fn refine<'py>(
     labels: PyReadonlyArray1<'py, u8>,
     areas: PyReadonlyArray1<'py, f64>,
     mean: Option<f64>,
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<(Bound<'py, PyArray1<u8>>, f64)> {
-    let parameters = Refinement::of(&options::parse(options_json)?, mean);
+    let parameters = Refinement::of(&options.checked, mean);
     let (edges, tones, areas) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&areas));
     let mut labels = arrays::values(&labels);
     let (labels, shift) = watch::run_core(py, move |control| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        let shift = core::refine(&graph, &tones, &areas, &mut labels, &parameters, control)?;
+        let shift = core_refine::refine(&graph, &tones, &areas, &mut labels, &parameters, control)?;
         Ok((labels, shift))
     })?;
     Ok((labels.into_pyarray(py), shift))
@@ -210,7 +219,7 @@ pub(crate) fn split<'py>(
     let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
     let labels = watch::run_core(py, move |_| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        core::split(&graph, &tones, &mut labels, most)?;
+        core_split::split(&graph, &tones, &mut labels, most)?;
         Ok(labels)
     })?;
     Ok(labels.into_pyarray(py))
@@ -226,12 +235,12 @@ pub(crate) fn components<'py>(
     let (edges, labels) = (arrays::pairs("edges", &edges)?, arrays::values(&labels));
     let ids = watch::run_core(py, move |_| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        Ok(core::components(&graph, &labels).ids)
+        Ok(core_components::components(&graph, &labels).ids)
     })?;
     Ok(ids.into_pyarray(py))
 }
 
-/// The stipples and regions of labelled sites, shaped as the options (JSON) say.
+/// The stipples and regions of labelled sites, shaped as the options say.
 #[pyfunction]
 pub(crate) fn outline<'py>(
     py: Python<'py>,
@@ -240,21 +249,21 @@ pub(crate) fn outline<'py>(
     areas: PyReadonlyArray1<'py, f64>,
     tones: Option<PyReadonlyArray1<'py, f32>>,
     size: (usize, usize),
-    options_json: &str,
+    options: &Options,
 ) -> PyResult<(StippleArrays<'py>, Vec<RegionArrays<'py>>)> {
-    let options = options::parse(options_json)?;
+    let options = options.checked.clone();
     let sites = arrays::pairs("sites", &sites)?;
     let (labels, areas, tones) = (arrays::values(&labels), arrays::values(&areas), tones.as_ref().map(arrays::values));
     if sites.len() != labels.len() {
         return Err(errors::invalid(format!("there are {} labels for {} sites", labels.len(), sites.len())));
     }
     let drawing = watch::run_core(py, move |control| {
-        let triangulation = core::triangulate(sites, size.0, size.1, control)?;
-        let components = core::components(&triangulation.graph, &labels);
+        let triangulation = triangulation::triangulate(sites, size.0, size.1, control)?;
+        let components = core_components::components(&triangulation.graph, &labels);
         let shaping = Shaping::of(&options);
         let nodes = Nodes { labels: &labels, areas: &areas, tones: tones.as_deref() };
-        let outlines = core::outline(&triangulation, nodes, &components, size, shaping, control)?;
-        core::assemble(outlines.parts)
+        let outlines = core_outline::outline(&triangulation, nodes, &components, size, shaping, control)?;
+        Ok(outlines.drawing)
     })?;
     let regions = (0..drawing.regions.len()).map(|index| region_arrays(py, &drawing, index)).collect::<PyResult<_>>()?;
     Ok((stipple_arrays(py, &drawing)?, regions))

@@ -21,7 +21,7 @@ pub fn parse_color(text: &str) -> Result<[u8; 3]> {
         "black" => Some([0; 3]),
         _ => text.strip_prefix('#').and_then(hexadecimal),
     };
-    color.ok_or_else(|| Error::Option { option: "background", value: text.to_owned(), allowed: "white, black, #rrggbb or #rgb" })
+    color.ok_or_else(|| Error::option("background", text, "white, black, #rrggbb or #rgb"))
 }
 
 #[cfg(test)]

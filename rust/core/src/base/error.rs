@@ -8,11 +8,11 @@ pub enum Error {
     #[error("{option} is {value}, but it must be {allowed}")]
     Option {
         /// The option's name, as in [`crate::Options`].
-        option: &'static str,
+        option: String,
         /// The value that was given.
         value: String,
         /// What is allowed.
-        allowed: &'static str,
+        allowed: String,
     },
     /// An input array or a stage's argument breaks a rule: shapes differ, a value is not finite, and the like.
     #[error("{0}")]
@@ -30,3 +30,10 @@ pub enum Error {
 
 /// The core's result type.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// An option with this value, which is not allowed.
+    pub(crate) fn option(option: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
+        Self::Option { option: option.into(), value: value.to_string(), allowed: allowed.into() }
+    }
+}

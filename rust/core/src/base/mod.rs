@@ -1,6 +1,7 @@
 //! What every folder stands on: errors, progress, pseudo-random numbers, colours, inks, and the geometry of the plane.
 //! It takes numbers and gives numbers, and knows nothing of photos, graphs or drawings. Source: our own.
 
+mod checked;
 mod colour;
 mod control;
 mod error;
@@ -9,6 +10,7 @@ mod noise;
 mod paths;
 mod plane;
 
+pub use checked::Checked;
 pub use colour::parse_color;
 pub use control::Control;
 pub(crate) use control::STAGES;

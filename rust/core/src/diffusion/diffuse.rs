@@ -8,7 +8,7 @@ use crate::graph::{Adjacency, check_areas, check_finite, check_one_a_node};
 use crate::options::Order;
 
 /// A label for every node: 0 black, 1 white. With `areas`, the areas of the nodes' cells in px^2, errors are carried by area
-/// ([`crate::stages::Carry`]).
+/// ([`crate::stages::ErrorWeighting`]).
 ///
 /// # Errors
 /// [`crate::Error::Input`] if there is not one finite value, and one area of at least 0, a node; [`crate::Error::Cancelled`].

@@ -1,6 +1,6 @@
 //! The parameters of a diffusion, and the share of its error that a node passes on.
 
-use crate::options::{Alpha, Options, Order};
+use crate::options::{Alpha, Options, Order, Published};
 
 /// The parameters of one diffusion; ranges as in [`Options`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,12 +9,14 @@ pub struct Diffusion {
     pub k1: f64,
     /// Weight of the distance, per pixel.
     pub k2: f64,
-    /// Tonal alpha in middle tones, or dynamic alpha where there is no detail.
+    /// Tonal alpha in middle tones.
+    pub shading: f64,
+    /// Dynamic alpha where there is no detail.
     pub base: f64,
     /// Growth of dynamic alpha with `|I0 - A|`: the paper's lambda.
     pub detail_gain: f64,
-    /// Radius of the local mean A, in rings of neighbours, at least 1.
-    pub rings: u32,
+    /// Radius of the local mean A, in hops along edges, at least 1.
+    pub hops: u32,
     /// Share of the error that is passed on.
     pub alpha: Alpha,
     /// In which order nodes are labelled.
@@ -24,13 +26,14 @@ pub struct Diffusion {
 impl Diffusion {
     /// The diffusion of importance over the lattice.
     pub fn of_importance(options: &Options) -> Self {
-        Self { alpha: options.importance_alpha, order: options.importance_order, ..Self::of_tone(options) }
+        let Published { importance_alpha: alpha, importance_order: order, .. } = options.published;
+        Self { alpha, order, ..Self::of_tone(options) }
     }
 
     /// The diffusion of tone over the second graph.
     pub fn of_tone(options: &Options) -> Self {
-        let Options { k1, k2, base, detail_gain, rings, alpha, order, .. } = *options;
-        Self { k1, k2, base, detail_gain, rings, alpha, order }
+        let Published { k1, k2, base, detail_gain, hops, alpha, order, .. } = options.published;
+        Self { k1, k2, shading: options.shading, base, detail_gain, hops, alpha, order }
     }
 
     /// Whether a node of the starting value `start` that got this label may pass an error on.
@@ -42,13 +45,13 @@ impl Diffusion {
     pub(crate) fn share(&self, start: f64, mean: impl FnOnce() -> f64) -> f64 {
         match self.alpha {
             Alpha::Constant(alpha) => alpha,
-            Alpha::Tonal => self.base * tonal_share(start),
+            Alpha::Tonal => self.shading * tonal_share(start),
             Alpha::Dynamic => self.base + self.detail_gain * (start - mean()).abs(),
         }
     }
 }
 
-/// The share of `base` that [`Alpha::Tonal`] passes on at a value I0: t^1.5 (1 - t)^2 scaled to 1 at its highest, t = 3/7, and 0 at
+/// The share of `shading` that [`Alpha::Tonal`] passes on at a value I0: t^1.5 (1 - t)^2 scaled to 1 at its highest, t = 3/7, and 0 at
 /// black and white, which stay clean. Dark tones get more than light ones as far from 0.5: white dots in the dark are what shape is
 /// seen by there, whereas in the light paper alone passes for the tone.
 pub fn tonal_share(value: f64) -> f64 {

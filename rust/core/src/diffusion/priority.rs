@@ -18,7 +18,7 @@ impl<G: Adjacency> Task<'_, G> {
         let &Self { graph, values, areas, parameters, .. } = self;
         let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
         let mut queue = PriorityQueue::new(&mut nodes);
-        let mut rings = Rings::of_radius(parameters.rings);
+        let mut rings = Rings::of_radius(parameters.hops);
         let mut open: Vec<Open> = Vec::with_capacity(16);
         let mut labelled = 0;
 

@@ -43,7 +43,7 @@ impl<G: Adjacency> Task<'_, G> {
         let &Self { graph, values, areas, parameters, .. } = self;
         let tried = first.saturating_sub(warm_up)..first + labels.len();
         let mut received = vec![0.0; tried.len()];
-        let mut rings = Rings::of_radius(parameters.rings);
+        let mut rings = Rings::of_radius(parameters.hops);
         let mut open: Vec<Open> = Vec::with_capacity(16);
         for number in tried.clone() {
             let start = f64::from(values[number]);

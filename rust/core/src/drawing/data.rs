@@ -13,8 +13,9 @@
 use kurbo::{BezPath, PathEl, Point};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
-use crate::base::{FLATTENING_TOLERANCE, Ink, circle_polygon, flatten_path, is_mirrored, signed_area};
+use crate::base::{Error, FLATTENING_TOLERANCE, Ink, Result, circle_polygon, flatten_path, is_mirrored, signed_area};
 use crate::options::Options;
 use crate::outlines::Stipple;
 
@@ -71,15 +72,40 @@ pub enum Mark {
 }
 
 /// How a drawing was made: enough to make it again from the same photo. Holds no times, paths or thread counts.
+///
+/// All of it is data, kept as it was written: a file of another version may have options that this one does not know.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of graphstipple.
     pub version: String,
     /// Where the importance came from: `saliency`, `none`, `constant:V` or `map`.
     pub importance: String,
-    /// The options.
-    pub options: Options,
+    /// The options by name, as [`Options::to_json`] has them.
+    pub options: Map<String, Value>,
+    /// What else is told of it.
+    #[serde(flatten)]
+    pub rest: Map<String, Value>,
 }
+
+impl Provenance {
+    /// The options, to draw with them again.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with those that this version does not know, or for the first of which it takes no such value.
+    pub fn options(&self) -> Result<Options> {
+        let made_by = format!("the drawing was made by graphstipple {}", self.version);
+        let unknown = Options::unknown(&self.options);
+        if !unknown.is_empty() {
+            let unknown = unknown.join(", ");
+            return Err(Error::Input(format!("{made_by} with options that this version, {VERSION}, does not know: {unknown}")));
+        }
+        let known = Options::from_json(&self.options).and_then(|options| options.clone().check().map(|_| options));
+        known.map_err(|error| Error::Input(format!("{made_by}; in this version, {VERSION}, {error}")))
+    }
+}
+
+/// The version of graphstipple that this is.
+pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The vector result.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -35,7 +35,7 @@ impl Drawing {
     /// [`crate::Error::Option`] if `least` is negative or not finite.
     pub fn with_least_radius(&self, least: f64) -> Result<(Self, DotChanges)> {
         if !(least >= 0.0 && least.is_finite()) {
-            return Err(Error::Option { option: "min_dot", value: least.to_string(), allowed: "a length of 0 or more" });
+            return Err(Error::option("min_dot", least, "a length of 0 or more"));
         }
         let mut small: Vec<usize> = (0..self.stipples.len()).filter(|i| self.stipples[*i].radius < least).collect();
         if small.is_empty() {

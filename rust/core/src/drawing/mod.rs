@@ -8,6 +8,7 @@ mod sides;
 mod stats;
 
 pub use assembly::assemble;
+pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub use least_radius::DotChanges;
 pub(crate) use sides::{invalid, put_together};

@@ -39,3 +39,13 @@ pub struct Stats {
     /// Seconds each stage took, and `total`.
     pub seconds: std::collections::BTreeMap<String, f64>,
 }
+
+impl Stats {
+    /// Adds what was done before the drawing was begun, by stage; it counts in the total too.
+    pub fn add_seconds(&mut self, before: std::collections::BTreeMap<String, f64>) {
+        *self.seconds.entry("total".to_owned()).or_default() += before.values().sum::<f64>();
+        for (stage, seconds) in before {
+            *self.seconds.entry(stage).or_default() += seconds;
+        }
+    }
+}

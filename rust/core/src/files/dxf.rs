@@ -84,12 +84,11 @@ const OBJECTS: &str = "\
 /// The drawing as the text of a DXF file.
 ///
 /// # Errors
-/// As [`Export::validate`] and [`super::layout::Layout::place`].
+/// As [`super::layout::Layout::place`].
 ///
 /// # Runtime
 /// Linear in the number of points.
-pub fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
-    export.validate()?;
+pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let layers = drawing.layers(export.style, export.inks);
     let mut names: Vec<(&str, u8)> = vec![("0", 7)];

@@ -39,12 +39,11 @@ end
 /// The drawing as an EPS document.
 ///
 /// # Errors
-/// As [`Export::validate`] and [`super::layout::Layout::place`].
+/// As [`super::layout::Layout::place`].
 ///
 /// # Runtime
 /// Linear in the number of coordinates.
-pub fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
-    export.validate()?;
+pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let layers = drawing.layers(export.style, export.inks);
     let [width, height] = placement.page;

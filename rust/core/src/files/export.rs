@@ -1,15 +1,14 @@
-//! What a file is written with, whatever its format.
+//! How a drawing is written: in, settings by name; out, an [`Export`] whose every value keeps its rule.
+//!
+//! Every setting is declared once, in [`SETTINGS`]: the command line has a flag of each, and so has Python's `save` an argument.
+//! Which of them a format takes is for the table of formats to say.
 
-use serde::{Deserialize, Serialize};
-
-use crate::base::{Error, Result};
-use crate::files::layers::Style;
-use crate::files::layout::Layout;
-use crate::options::Inks;
+use crate::base::{Checked, Error, Result};
+use crate::files::{Layout, Length, Page, Style};
+use crate::options::{Inks, Typed, Value};
 
 /// How a drawing is written. What a format has no use for is left alone.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Export {
     /// How vector formats express the picture.
     pub style: Style,
@@ -21,20 +20,155 @@ pub struct Export {
     pub one_bit: bool,
 }
 
+/// A setting as it is declared.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting {
+    /// Its name, in snake case.
+    pub name: &'static str,
+    /// What its value is called in the help; empty for a flag by itself.
+    pub value_name: &'static str,
+    /// What it does, in one sentence without its full stop.
+    pub sentence: &'static str,
+    /// What happens without it.
+    pub default: &'static str,
+    /// Which values it takes, as the end of a sentence that begins with "it must be".
+    pub allowed: &'static str,
+    /// Whether it is about the size on paper.
+    pub is_size: bool,
+    /// Whether it asks for something that a format without it cannot give: then it is refused there, not left alone.
+    pub(crate) is_refused_elsewhere: bool,
+    /// Sets the field if the value is of its type.
+    set: fn(&mut Export, &Value) -> Option<()>,
+    /// The value, where it is another than by default.
+    pub(crate) given: fn(&Export) -> Option<String>,
+}
+
+/// Every setting.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        name: "style",
+        value_name: "STYLE",
+        sentence: "How a vector file expresses the picture: disjoint areas with holes, or black over white over black",
+        default: "flat",
+        allowed: "\"flat\" or \"layered\"",
+        is_size: false,
+        is_refused_elsewhere: false,
+        set: |export, value| Style::read(value).map(|style| export.style = style),
+        given: |export| (export.style != Style::default()).then(|| export.style.name().to_owned()),
+    },
+    Setting {
+        name: "inks",
+        value_name: "INKS",
+        sentence: "What a flat vector file is drawn with: black on white paper, white on black paper, or both",
+        default: "black, or what the preset suggests",
+        allowed: "\"black\", \"white\" or \"both\"",
+        is_size: false,
+        is_refused_elsewhere: false,
+        set: |export, value| Inks::read(value).map(|inks| export.inks = inks),
+        given: |export| (export.inks != Inks::default()).then(|| export.inks.name().to_owned()),
+    },
+    Setting {
+        name: "one_bit",
+        value_name: "",
+        sentence: "Black and white pixels alone, one bit each, instead of grey edges",
+        default: "grey edges",
+        allowed: "True or False",
+        is_size: false,
+        is_refused_elsewhere: true,
+        set: |export, value| bool::read(value).map(|one_bit| export.one_bit = one_bit),
+        given: |export| export.one_bit.then(|| "True".to_owned()),
+    },
+    Setting {
+        name: "width",
+        value_name: "LENGTH",
+        sentence: "Width of the drawing without margins: a number with mm, cm, in, pt or px, px by itself",
+        default: "what fits the page, or a px (1/96 inch; in pixels a pixel) for each of the photo's pixels",
+        allowed: LENGTH,
+        is_size: true,
+        is_refused_elsewhere: false,
+        set: |export, value| length(value).map(|width| export.layout.width = Some(width)),
+        given: |export| export.layout.width.map(|width| width.to_string()),
+    },
+    Setting {
+        name: "margin",
+        value_name: "LENGTH",
+        sentence: "Empty paper on all four sides, at least",
+        default: "0",
+        allowed: LENGTH,
+        is_size: true,
+        is_refused_elsewhere: false,
+        set: |export, value| length(value).map(|margin| export.layout.margin = margin),
+        given: |export| (export.layout.margin != Length::default()).then(|| export.layout.margin.to_string()),
+    },
+    Setting {
+        name: "page",
+        value_name: "PAGE",
+        sentence: "Sheet with the drawing in its middle: A3 to A6, letter, legal, tabloid, or a size such as 300x200mm",
+        default: "the drawing and its margins",
+        allowed: "\"A3\", \"A4\", \"A5\", \"A6\", \"letter\", \"legal\", \"tabloid\", or width x height such as \"300x200mm\"",
+        is_size: true,
+        is_refused_elsewhere: false,
+        set: |export, value| {
+            let Value::Word(text) = value else { return None };
+            text.parse().ok().map(|page: Page| export.layout.page = Some(page))
+        },
+        given: |export| export.layout.page.map(|page| page.to_string()),
+    },
+    Setting {
+        name: "dpi",
+        value_name: "NUMBER",
+        sentence: "Pixels per inch, 1 to 10000",
+        default: "300 where the width or the page has another unit than px",
+        allowed: "between 1 and 10000 pixels per inch",
+        is_size: true,
+        is_refused_elsewhere: true,
+        set: |export, value| f64::read(value).map(|dpi| export.layout.dpi = Some(dpi)),
+        given: |export| export.layout.dpi.map(|dpi| dpi.to_string()),
+    },
+];
+
+/// What a length is, for messages.
+const LENGTH: &str = "a number, at least 0, with mm, cm, in, pt or px (px when there is no unit), such as \"200mm\"";
+
+/// A length as somebody gives it: a number of px, or text with a unit.
+fn length(value: &Value) -> Option<Length> {
+    match value {
+        Value::Word(text) => text.parse().ok(),
+        Value::Whole(number) => number.to_string().parse().ok(),
+        Value::Number(number) => number.to_string().parse().ok(),
+        _ => None,
+    }
+}
+
+/// A length under a name of its own, such as the least radius of a dot.
+///
+/// # Errors
+/// [`Error::Option`] of this name if the value is none.
+pub fn named_length(name: &str, value: &Value) -> Result<Length> {
+    length(value).ok_or_else(|| Error::option(name, value, LENGTH))
+}
+
 impl Export {
-    /// Checks every field, and that they go together.
+    /// Gives a setting a value. Its type is checked here, its range by [`Export::check`].
     ///
     /// # Errors
-    /// [`Error::Option`] for the first that does not.
-    pub fn validate(&self) -> Result<()> {
+    /// [`Error::Option`] if the value is of another type than the setting, [`Error::Input`] if there is no such setting.
+    pub fn set(&mut self, name: &str, value: &Value) -> Result<()> {
+        let setting = SETTINGS.iter().find(|setting| setting.name == name);
+        let setting = setting.ok_or_else(|| Error::Input(format!("there is no setting {name} of how a drawing is written")))?;
+        (setting.set)(self, value).ok_or_else(|| Error::option(name, value, setting.allowed))
+    }
+
+    /// Checks every value, and that they go together.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for the first that breaks its rule.
+    pub fn check(self) -> Result<Checked<Self>> {
         if self.style == Style::Layered && self.inks == Inks::White {
-            return Err(Error::Option {
-                option: "inks",
-                value: "white".into(),
-                allowed: "left out when style is layered: a layered drawing has both inks",
-            });
+            return Err(Error::option("inks", "white", "left out when style is layered: a layered drawing has both inks"));
         }
-        self.layout.validate()
+        self.layout.validate()?;
+        Ok(Checked::of(self))
     }
 }
 
@@ -42,23 +176,53 @@ impl Export {
 mod tests {
     use super::*;
 
+    fn word(text: &str) -> Value {
+        Value::Word(text.to_owned())
+    }
+
     #[test]
-    fn the_defaults_are_flat_and_black_and_survive_json() {
-        let export = Export::default();
-        assert_eq!((export.style, export.inks, export.one_bit), (Style::Flat, Inks::Black, false));
-        let given: Export =
-            serde_json::from_str("{\"style\":\"layered\",\"inks\":\"both\",\"layout\":{\"width\":\"1in\"},\"one_bit\":true}")
-                .unwrap();
-        given.validate().unwrap();
-        assert_eq!(serde_json::from_str::<Export>(&serde_json::to_string(&given).unwrap()).unwrap(), given);
-        assert!(serde_json::from_str::<Export>("{\"stlye\":\"flat\"}").is_err());
+    fn settings_are_set_by_name() {
+        let mut export = Export::default();
+        for (name, value) in [
+            ("style", word("layered")),
+            ("inks", word("both")),
+            ("one_bit", Value::Switch(true)),
+            ("width", word("20cm")),
+            ("margin", Value::Whole(5)),
+            ("page", word("letter")),
+            ("dpi", Value::Number(600.0)),
+        ] {
+            assert_eq!((SETTINGS.iter().find(|setting| setting.name == name).unwrap().given)(&export), None, "{name}");
+            export.set(name, &value).unwrap();
+            assert!((SETTINGS.iter().find(|setting| setting.name == name).unwrap().given)(&export).is_some(), "{name}");
+        }
+        let length = |text: &str| text.parse::<Length>().unwrap();
+        let layout =
+            Layout { width: Some(length("20cm")), margin: length("5px"), page: Some("letter".parse().unwrap()), dpi: Some(600.0) };
+        assert_eq!(export, Export { style: Style::Layered, inks: Inks::Both, layout, one_bit: true });
+        export.check().unwrap();
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_by_its_name() {
+        let message = |name: &str, value: &Value| Export::default().set(name, value).unwrap_err().to_string();
+        assert_eq!(message("style", &word("flatt")), "style is \"flatt\", but it must be \"flat\" or \"layered\"");
+        assert_eq!(message("one_bit", &Value::Whole(1)), "one_bit is 1, but it must be True or False");
+        assert_eq!(message("dpi", &word("fine")), "dpi is \"fine\", but it must be between 1 and 10000 pixels per inch");
+        for wrong in [word("5 parsecs"), word(""), Value::Number(-1.0), Value::Number(f64::NAN), Value::Switch(true)] {
+            let told = message("width", &wrong);
+            assert!(told.starts_with(&format!("width is {wrong}, but it must be a number, at least 0, with mm")), "{told}");
+        }
+        assert!(message("page", &Value::Whole(4)).starts_with("page is 4, but it must be \"A3\", \"A4\""));
+        assert_eq!(message("stlye", &word("flat")), "there is no setting stlye of how a drawing is written");
+        assert!(named_length("min_dot", &word("x")).unwrap_err().to_string().starts_with("min_dot is \"x\", but it must be"));
     }
 
     #[test]
     fn white_ink_alone_is_flat() {
         let export = Export { style: Style::Layered, inks: Inks::White, ..Export::default() };
         assert_eq!(
-            export.validate().unwrap_err().to_string(),
+            export.check().unwrap_err().to_string(),
             "inks is white, but it must be left out when style is layered: a layered drawing has both inks"
         );
     }

@@ -53,7 +53,7 @@ struct Document<'a> {
 ///
 /// # Runtime
 /// Linear in the number of points. The same drawing always gives the same bytes.
-pub fn to_json(drawing: &Drawing) -> String {
+pub(super) fn to_json(drawing: &Drawing) -> String {
     let dot = |s: &crate::outlines::Stipple| Dot { x: s.x, y: s.y, radius: s.radius, ink: s.ink as u8 };
     let region = |index: usize| {
         let (exterior, holes) = drawing.region_rings(index, FLATTENING_TOLERANCE);

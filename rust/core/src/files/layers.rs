@@ -5,21 +5,19 @@
 //! it is painted over it. Both are the same picture. Shapes are closed curves and circles in pixels of the canvas.
 
 use kurbo::BezPath;
-use serde::{Deserialize, Serialize};
 
 use crate::base::Ink;
 use crate::drawing::{Drawing, Mark, Ring, RingPart};
-use crate::options::Inks;
+use crate::options::{Inks, words};
 
-/// How the picture is expressed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Style {
-    /// Disjoint areas with true holes.
-    #[default]
-    Flat,
-    /// Black painted over white, white over black, and so on.
-    Layered,
+words! {
+    /// How the picture is expressed.
+    Style {
+        /// Disjoint areas with true holes.
+        Flat = "flat",
+        /// Black painted over white, white over black, and so on.
+        Layered = "layered",
+    }
 }
 
 /// A closed outline.

@@ -9,12 +9,12 @@
 
 use kurbo::{BezPath, PathEl, Point};
 use serde::Deserialize;
+use serde_json::{Map, Value};
 
 use crate::base::{Error, Frame, Ink, Result, is_closed};
 use crate::drawing::{Drawing, Provenance, invalid, put_together};
 use crate::files::json::{Canvas, Dot, FORMAT};
 use crate::files::svg::NAMESPACE;
-use crate::options::Options;
 use crate::outlines::Stipple;
 use crate::photo::check_size;
 
@@ -35,7 +35,7 @@ struct Contents {
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
-pub fn from_json(text: &str) -> Result<Drawing> {
+pub(super) fn from_json(text: &str) -> Result<Drawing> {
     #[derive(Deserialize)]
     struct Region {
         ink: u8,
@@ -45,12 +45,14 @@ pub fn from_json(text: &str) -> Result<Drawing> {
         format: String,
         version: String,
         importance: String,
-        options: Options,
+        options: Map<String, Value>,
         canvas: Canvas,
         units: f64,
         stipples: Vec<Dot>,
         regions: Vec<Region>,
         curves: Vec<String>,
+        #[serde(flatten)]
+        rest: Map<String, Value>,
     }
     let document: Document = serde_json::from_str(text).map_err(invalid)?;
     if document.format != FORMAT {
@@ -67,7 +69,12 @@ pub fn from_json(text: &str) -> Result<Drawing> {
         curves: document.curves.iter().enumerate().map(curve).collect::<Result<_>>()?,
         stipples: document.stipples.into_iter().map(stipple).collect(),
         ground: Ink::of_label(document.regions.first().map_or(1, |region| region.ink)),
-        provenance: Provenance { version: document.version, importance: document.importance, options: document.options },
+        provenance: Provenance {
+            version: document.version,
+            importance: document.importance,
+            options: document.options,
+            rest: document.rest,
+        },
     })
 }
 
@@ -75,7 +82,7 @@ pub fn from_json(text: &str) -> Result<Drawing> {
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
-pub fn from_svg(text: &str) -> Result<Drawing> {
+pub(super) fn from_svg(text: &str) -> Result<Drawing> {
     let document = roxmltree::Document::parse(text).map_err(invalid)?;
     let about = document.descendants().find(|node| node.has_tag_name((NAMESPACE, "drawing")));
     let about = about.ok_or_else(|| invalid("it does not say how it was made"))?;

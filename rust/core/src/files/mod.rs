@@ -8,16 +8,250 @@ mod export;
 mod json;
 mod layers;
 mod layout;
-pub mod load;
+mod load;
 mod pdf;
 pub mod raster;
 mod svg;
 
-pub use dxf::to_dxf;
-pub use eps::to_eps;
-pub use export::Export;
-pub use json::to_json;
+use crate::base::{Checked, Error, Result};
+use crate::drawing::Drawing;
+
+pub use export::{Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Layer, Layers, Outline, Style};
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
-pub use pdf::to_pdf;
-pub use svg::to_svg;
+
+/// A format that drawings are written in. [`Format::ALL`] is the table of them: the suffix says which one a file has, and help,
+/// messages, documentation and tests are driven by the rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Format {
+    /// Of files, in lower case and without its dot.
+    pub suffix: &'static str,
+    /// As people call it.
+    pub name: &'static str,
+    /// What a file of it holds, for whoever has to choose.
+    pub holds: &'static str,
+    /// The settings that it takes, by name: see [`SETTINGS`].
+    pub settings: &'static [&'static str],
+    /// Whether the drawing can have the size on paper, or in pixels, that is asked for.
+    fits: fn(&Export, usize, usize) -> Result<()>,
+    write: fn(&Drawing, &Export) -> Result<Vec<u8>>,
+    /// Reads a drawing back from a file's text, where the format holds all of it.
+    read: Option<fn(&str) -> Result<Drawing>>,
+}
+
+/// What every vector format takes.
+const OF_VECTORS: &[&str] = &["style", "inks", "width", "margin", "page"];
+
+impl Format {
+    /// All formats.
+    pub const ALL: &'static [Self] = &[
+        Self {
+            suffix: "svg",
+            name: "SVG",
+            holds: "curves and circles in named layers, with the options and the version",
+            settings: OF_VECTORS,
+            fits: fits_on_paper,
+            write: |drawing, export| svg::to_svg(drawing, export).map(String::into_bytes),
+            read: Some(load::from_svg),
+        },
+        Self {
+            suffix: "pdf",
+            name: "PDF",
+            holds: "curves in named layers, one page",
+            settings: OF_VECTORS,
+            fits: fits_on_paper,
+            write: pdf::to_pdf,
+            read: None,
+        },
+        Self {
+            suffix: "eps",
+            name: "EPS",
+            holds: "curves and circles as PostScript",
+            settings: OF_VECTORS,
+            fits: fits_on_paper,
+            write: |drawing, export| eps::to_eps(drawing, export).map(String::into_bytes),
+            read: None,
+        },
+        Self {
+            suffix: "dxf",
+            name: "DXF",
+            holds: "closed polylines and circles in millimetres, for cutters and CAD",
+            settings: OF_VECTORS,
+            fits: fits_on_paper,
+            write: |drawing, export| dxf::to_dxf(drawing, export).map(String::into_bytes),
+            read: None,
+        },
+        Self {
+            suffix: "png",
+            name: "PNG",
+            holds: "grey pixels with smooth edges, or black and white ones",
+            settings: &["width", "margin", "page", "dpi", "one_bit"],
+            fits: raster::fits,
+            write: raster::to_png,
+            read: None,
+        },
+        Self {
+            suffix: "json",
+            name: "JSON",
+            holds: "canvas, stipples, regions and curves as data, with the options and the version",
+            settings: &[],
+            fits: |_, _, _| Ok(()),
+            write: |drawing, _| Ok(json::to_json(drawing).into_bytes()),
+            read: Some(load::from_json),
+        },
+    ];
+
+    /// The format of a suffix, in upper or lower case.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with the suffixes that there are.
+    pub fn of_suffix(suffix: &str) -> Result<Self> {
+        let found = Self::ALL.iter().find(|format| format.suffix.eq_ignore_ascii_case(suffix));
+        found.copied().ok_or_else(|| Error::option("suffix", suffix, Self::suffixes()))
+    }
+
+    /// All suffixes, for messages: `.svg, .pdf or .json`.
+    pub fn suffixes() -> String {
+        Self::listed(Self::ALL.iter())
+    }
+
+    /// The suffixes of those that can be read back, for messages.
+    pub fn suffixes_to_load() -> String {
+        Self::listed(Self::ALL.iter().filter(|format| format.read.is_some()))
+    }
+
+    fn listed<'a>(formats: impl Iterator<Item = &'a Self>) -> String {
+        let suffixes: Vec<String> = formats.map(|format| format!(".{}", format.suffix)).collect();
+        let (last, rest) = suffixes.split_last().expect("there are formats");
+        if rest.is_empty() { last.clone() } else { format!("{} or {last}", rest.join(", ")) }
+    }
+
+    /// Whether a file of it gives the drawing back.
+    pub fn can_be_read(self) -> bool {
+        self.read.is_some()
+    }
+
+    /// Whether it is written as pixels.
+    pub fn has_pixels(self) -> bool {
+        self.settings.contains(&"dpi")
+    }
+
+    /// What writes drawings in this format as the export says.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a setting that this format cannot have. What makes no difference to it is no error.
+    pub fn writer(self, export: Checked<Export>) -> Result<Writer> {
+        let refused = SETTINGS.iter().filter(|setting| setting.is_refused_elsewhere && !self.settings.contains(&setting.name));
+        if let Some((setting, value)) = refused.filter_map(|setting| (setting.given)(&export).map(|value| (setting, value))).next()
+        {
+            let with = Self::listed(Self::ALL.iter().filter(|format| format.settings.contains(&setting.name)));
+            let allowed = format!("left out unless the file is a {with}: the others have no pixels");
+            return Err(Error::option(setting.name, value, allowed));
+        }
+        Ok(Writer { format: self, export })
+    }
+}
+
+/// Formats are told apart by their suffixes.
+impl PartialEq for Format {
+    fn eq(&self, other: &Self) -> bool {
+        self.suffix == other.suffix
+    }
+}
+
+/// A format with what a drawing is to be written with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Writer {
+    format: Format,
+    export: Checked<Export>,
+}
+
+impl Writer {
+    /// The format.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Whether a drawing on a canvas of `width` x `height` pixels can be written so: to be asked before the work is done.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it does not fit its page, or would have too many pixels.
+    pub fn check_size(&self, width: usize, height: usize) -> Result<()> {
+        (self.format.fits)(&self.export, width, height)
+    }
+
+    /// A least radius of dots on paper, in pixels of the canvas.
+    ///
+    /// # Errors
+    /// As [`Layout::least_radius`].
+    pub fn least_radius(&self, min_dot: Length, width: usize, height: usize) -> Result<f64> {
+        self.export.layout.least_radius(min_dot, width, height)
+    }
+
+    /// The bytes of a drawing's file. The same drawing always gives the same.
+    ///
+    /// # Errors
+    /// As [`Writer::check_size`].
+    pub fn write(&self, drawing: &Drawing) -> Result<Vec<u8>> {
+        (self.format.write)(drawing, &self.export)
+    }
+}
+
+/// Reads a drawing back from the bytes of a file that [`Writer::write`] made, of a format that holds all of it.
+///
+/// # Errors
+/// [`Error::Input`] if they are something else, [`Error::Option`] if the format does not hold enough.
+pub fn load(bytes: &[u8], format: Format) -> Result<Drawing> {
+    let Some(read) = format.read else {
+        return Err(Error::option("suffix", format!(".{}", format.suffix), Format::suffixes_to_load()));
+    };
+    let text = std::str::from_utf8(bytes).map_err(|_| Error::Input("the file is not text in UTF-8".into()))?;
+    read(text)
+}
+
+fn fits_on_paper(export: &Export, width: usize, height: usize) -> Result<()> {
+    export.layout.place(width, height).map(|_| ())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_sound() {
+        for (number, format) in Format::ALL.iter().enumerate() {
+            assert!(Format::ALL[..number].iter().all(|other| other.suffix != format.suffix && other.holds != format.holds));
+            assert_eq!(Format::of_suffix(&format.suffix.to_uppercase()).unwrap(), *format);
+            for name in format.settings {
+                assert!(SETTINGS.iter().any(|setting| setting.name == *name), "{name}");
+            }
+        }
+        assert_eq!(Format::suffixes(), ".svg, .pdf, .eps, .dxf, .png or .json");
+        assert_eq!(
+            Format::of_suffix("gif").unwrap_err().to_string(),
+            "suffix is gif, but it must be .svg, .pdf, .eps, .dxf, .png or .json"
+        );
+    }
+
+    #[test]
+    fn only_pixels_have_a_resolution_and_bits() {
+        let one_bit = Export { one_bit: true, ..Export::default() };
+        let mut fine = Export::default();
+        fine.layout.dpi = Some(600.0);
+        for format in Format::ALL {
+            let refused = |export: &Export| format.writer(export.clone().check().unwrap()).err().map(|error| error.to_string());
+            let rule = "but it must be left out unless the file is a .png: the others have no pixels";
+            let expected = |told: &str| (!format.has_pixels()).then(|| format!("{told}, {rule}"));
+            assert_eq!(refused(&one_bit), expected("one_bit is True"));
+            assert_eq!(refused(&fine), expected("dpi is 600"));
+        }
+    }
+
+    #[test]
+    fn what_does_not_hold_a_drawing_is_not_loaded() {
+        let error = load(b"", Format::of_suffix("dxf").unwrap()).unwrap_err().to_string();
+        assert_eq!(error, "suffix is .dxf, but it must be .svg or .json");
+        let error = load(b"\xff", Format::of_suffix("svg").unwrap()).unwrap_err().to_string();
+        assert_eq!(error, "the file is not text in UTF-8");
+    }
+}

@@ -32,12 +32,11 @@ const COMPRESSION: Compression = Compression::new(5);
 /// The drawing as the bytes of a PDF file.
 ///
 /// # Errors
-/// As [`Export::validate`] and [`super::layout::Layout::place`].
+/// As [`super::layout::Layout::place`].
 ///
 /// # Runtime
 /// Linear in the number of coordinates.
-pub fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
-    export.validate()?;
+pub(super) fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let layers = drawing.layers(export.style, export.inks);
     let groups: Vec<Group<'_>> = groups(&layers);

@@ -71,12 +71,11 @@ fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
 /// make no difference: the picture is the same.
 ///
 /// # Errors
-/// As [`Export::validate`], [`super::layout::Layout::place_pixels`] and [`check_size`].
+/// As [`super::layout::Layout::place_pixels`] and [`check_size`].
 ///
 /// # Allocations
 /// As [`rasterize`], and a byte a pixel more where there are margins.
 pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
-    export.validate()?;
     let placement = export.layout.place_pixels(drawing.width, drawing.height)?;
     let [width, height] = placement.page;
     check_size(width, height)?;
@@ -91,6 +90,15 @@ pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
         raster = Raster { width, height, values: page };
     }
     write_png(&raster, placement.dpi, export.one_bit)
+}
+
+/// Whether the drawing on a canvas of `width` x `height` pixels can have the pixels that the export asks for.
+///
+/// # Errors
+/// As [`Layout::place_pixels`](crate::stages::Layout::place_pixels) and [`check_size`].
+pub(super) fn fits(export: &Export, width: usize, height: usize) -> Result<()> {
+    let [width, height] = export.layout.place_pixels(width, height)?.page;
+    check_size(width, height)
 }
 
 /// The raster as an 8-bit greyscale PNG. The same raster always gives the same bytes.
@@ -153,7 +161,7 @@ fn pack(row: &[u8]) -> impl Iterator<Item = u8> {
 pub fn size(canvas_width: usize, canvas_height: usize, width: Option<usize>) -> Result<(usize, usize)> {
     let width = width.unwrap_or(canvas_width);
     if width == 0 || width > MAX_SIDE {
-        return Err(Error::Option { option: "width", value: width.to_string(), allowed: "between 1 and 65535 pixels" });
+        return Err(Error::option("width", width, "between 1 and 65535 pixels"));
     }
     let height = (canvas_height as f64 * width as f64 / canvas_width as f64).round().max(1.0) as usize;
     check_size(width, height)?;

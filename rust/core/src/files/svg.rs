@@ -33,8 +33,7 @@ const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 ///
 /// # Runtime
 /// Linear in the number of coordinates. The same drawing always gives the same bytes.
-pub fn to_svg(drawing: &Drawing, export: &Export) -> Result<String> {
-    export.validate()?;
+pub(super) fn to_svg(drawing: &Drawing, export: &Export) -> Result<String> {
     let (width, height) = (drawing.width, drawing.height);
     let placement = export.layout.place(width, height)?;
     let layers = drawing.layers(export.style, export.inks);
@@ -356,7 +355,12 @@ pub(crate) mod samples {
             regions,
             order: areas.into_iter().map(|a| a.1).collect(),
             units: 16.0,
-            provenance: Provenance { version: "0.1.0".into(), importance: "saliency".into(), options: Options::default() },
+            provenance: Provenance {
+                version: "0.1.0".into(),
+                importance: "saliency".into(),
+                options: Options::default().to_json(),
+                ..Provenance::default()
+            },
         }
     }
 

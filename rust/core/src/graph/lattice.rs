@@ -42,7 +42,7 @@ impl Lattice {
     pub fn new(kind: LatticeKind, width: usize, height: usize, density: f64) -> Result<Self> {
         check_size(width, height)?;
         if !(density > 0.0 && density.is_finite()) {
-            return Err(Error::Option { option: "density", value: density.to_string(), allowed: "above 0 nodes per pixel" });
+            return Err(Error::option("density", density, "above 0 nodes per pixel"));
         }
         let (w, h) = (width as f64, height as f64);
         if density * w * h > MAX_NODES {

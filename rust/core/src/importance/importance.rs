@@ -14,59 +14,20 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::base::{Error, Result};
+use crate::base::Result;
 use crate::options::Options;
 use crate::photo::{FINE, Field, off_blurred};
-
-/// What a user asks for by a name: `saliency`, `none`, `constant:V`, or else the path of an image file.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Source {
-    /// Fine-grained saliency of the photo.
-    Saliency,
-    /// The same value everywhere, in (0, 1]; `none` is 1.
-    Constant(f32),
-    /// A map in an image file: white is important.
-    File(String),
-}
-
-impl Source {
-    /// Reads a name.
-    ///
-    /// # Errors
-    /// [`Error::Option`] if the value after `constant:` is not a number above 0 and at most 1.
-    pub fn parse(name: &str) -> Result<Self> {
-        match name {
-            "saliency" => return Ok(Self::Saliency),
-            "none" => return Ok(Self::Constant(1.0)),
-            _ => {}
-        }
-        let Some(value) = name.strip_prefix("constant:") else {
-            // A word that could be no image file is a name misspelt; such a file can still be given as ./word.
-            if !name.contains(['.', '/', '\\']) {
-                return Err(Error::Option {
-                    option: "importance",
-                    value: name.to_owned(),
-                    allowed: "saliency, none, constant:V or the path of an image file",
-                });
-            }
-            return Ok(Self::File(name.to_owned()));
-        };
-        match value.parse::<f32>() {
-            Ok(v) if v > 0.0 && v <= 1.0 => Ok(Self::Constant(v)),
-            _ => Err(Error::Option {
-                option: "importance",
-                value: name.to_owned(),
-                allowed: "constant:V with V above 0 and at most 1",
-            }),
-        }
-    }
-}
 
 /// The importance of a drawing, ready to use.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Importance {
-    /// A saliency map of the photo.
-    Saliency(Field),
+    /// A map that the program made of the photo.
+    OfPhoto {
+        /// As users name it.
+        name: &'static str,
+        /// In [0, 1].
+        map: Field,
+    },
     /// The same value everywhere, in (0, 1].
     Constant(f32),
     /// The user's map, of any size: it is resampled to the photo.
@@ -74,10 +35,15 @@ pub enum Importance {
 }
 
 impl Importance {
+    /// A saliency map of the photo.
+    pub fn saliency(map: Field) -> Self {
+        Self::OfPhoto { name: "saliency", map }
+    }
+
     /// How the metadata names it: `saliency`, `none`, `constant:V` or `map`.
     pub fn name(&self) -> String {
         match self {
-            Self::Saliency(_) => "saliency".into(),
+            Self::OfPhoto { name, .. } => (*name).into(),
             Self::Constant(1.0) => "none".into(),
             Self::Constant(v) => format!("constant:{v}"),
             Self::Map(_) => "map".into(),
@@ -141,11 +107,11 @@ impl Importance {
     fn on_canvas(&self, width: usize, height: usize) -> Result<Cow<'_, Field>> {
         match self {
             Self::Constant(value) => Field::constant(width, height, *value).map(Cow::Owned),
-            Self::Saliency(map) | Self::Map(map) if map.values().iter().all(|v| *v == 0.0) => {
+            Self::OfPhoto { map, .. } | Self::Map(map) if map.values().iter().all(|v| *v == 0.0) => {
                 Field::constant(width, height, 1.0).map(Cow::Owned)
             }
-            Self::Saliency(map) | Self::Map(map) if [map.width(), map.height()] == [width, height] => Ok(Cow::Borrowed(map)),
-            Self::Saliency(map) | Self::Map(map) => map.resample(width, height).map(Cow::Owned),
+            Self::OfPhoto { map, .. } | Self::Map(map) if [map.width(), map.height()] == [width, height] => Ok(Cow::Borrowed(map)),
+            Self::OfPhoto { map, .. } | Self::Map(map) => map.resample(width, height).map(Cow::Owned),
         }
     }
 }
@@ -232,17 +198,6 @@ mod tests {
     }
 
     #[test]
-    fn names() {
-        assert_eq!(Source::parse("none").unwrap(), Source::Constant(1.0));
-        assert_eq!(Source::parse("constant:0.25").unwrap(), Source::Constant(0.25));
-        assert_eq!(Source::parse("map.png").unwrap(), Source::File("map.png".into()));
-        assert_eq!(Source::parse("./map").unwrap(), Source::File("./map".into()));
-        for bad in ["salience", "constant:0", "constant:1.1", "constant:", "constant:NaN"] {
-            assert!(Source::parse(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
     fn an_empty_map_stands_for_one_everywhere() {
         let map = Importance::Map(Field::constant(3, 2, 0.0).unwrap());
         assert_eq!(map.field(4, 4).unwrap(), Field::constant(4, 4, 1.0).unwrap());
@@ -257,7 +212,7 @@ mod tests {
             _ => 0.5 + if (x + y).is_multiple_of(2) { 0.1 } else { -0.1 },
         };
         let photo = Field::new(60, 20, (0..1200).map(|i| tone(i % 60, i / 60)).collect()).unwrap();
-        let saliency = Importance::Saliency(Field::constant(60, 20, 0.5).unwrap());
+        let saliency = Importance::saliency(Field::constant(60, 20, 0.5).unwrap());
         let options = Options { detail: 1.0, floor: 0.25, midtones: 0.8, ..Options::default() };
         let at = |importance: &Importance, options: &Options| {
             let field = importance.mixed(&photo, &photo, 2.0, options).unwrap();

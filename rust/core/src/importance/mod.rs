@@ -3,6 +3,8 @@
 
 mod importance;
 mod saliency;
+mod source;
 
-pub use importance::{Importance, Source};
+pub use importance::Importance;
 pub use saliency::fine_grained;
+pub use source::{KINDS, Kind, Source};

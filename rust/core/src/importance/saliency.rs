@@ -16,13 +16,18 @@
 
 use rayon::prelude::*;
 
-use crate::photo::{Field, check_size};
+use crate::photo::{Field, check_size, luma_to_u8};
 
 /// Half sides of the six boxes, in pixels: three octaves from 12 and three from 28.
 const NEIGHBOURHOODS: [usize; 6] = [12, 24, 48, 28, 56, 112];
 
 /// Columns that are summed from the top down at once: more leave threads idle on narrow pictures.
 const STRIPE: usize = 128;
+
+/// The saliency map of a photo, given as luma: on its 8-bit values, as [`fine_grained`].
+pub(super) fn of_luma(luma: &Field) -> Field {
+    fine_grained(&luma_to_u8(luma), luma.width(), luma.height())
+}
 
 /// The saliency map of an 8-bit image of `width * height` pixels, at the same size; its values are integers / 255.
 /// An image of one grey (up to about 65,000 pixels, see above) or of one pixel has no saliency: 0 everywhere.

@@ -3,21 +3,8 @@
 //! Each differs from the defaults in a few options; any of them can be changed again. A preset may suggest the inks to write with.
 
 use crate::base::{Error, Result};
-use crate::options::params::{Alpha, Options, Order};
-use serde::{Deserialize, Serialize};
 
-/// What a flat drawing is written with; a layered one always has both inks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Inks {
-    /// Black ink on white paper.
-    #[default]
-    Black,
-    /// White ink on black paper.
-    White,
-    /// Both, each in layers of its own.
-    Both,
-}
+use super::{Alpha, Inks, Options, Order, Published};
 
 /// A named set of options.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,28 +30,27 @@ pub fn presets() -> Vec<Preset> {
             "stipple",
             "fine: dots for every tone, hardly a solid area, a little lighter than the photo",
             Options {
-                alpha: Alpha::Constant(1.0),
-                order: Order::Global,
                 refine: 0,
                 floor: 0.3,
                 sharpen: 1.0,
                 local_contrast: 0.5,
                 relax: 3,
                 gamma: 1.5,
+                published: Published { alpha: Alpha::Constant(1.0), order: Order::Global, ..Published::ours() },
                 ..defaults()
             },
         ),
         of(
             "portrait",
             "soft shading: more dots in middle tones, gentle emphasis",
-            Options { base: 0.5, crispness: 1.2, floor: 0.2, midtones: 0.9, sharpen: 1.5, local_contrast: 0.8, ..defaults() },
+            Options { shading: 0.5, crispness: 1.2, floor: 0.2, midtones: 0.9, sharpen: 1.5, local_contrast: 0.8, ..defaults() },
         ),
         of(
             "linocut",
             "bold: large smooth shapes, few marks, hardly a dot",
             Options {
                 fineness: 1.0 / 3.0,
-                base: 0.04,
+                shading: 0.04,
                 crispness: 8.0,
                 cohesion: 1.0,
                 midtones: 0.9,
@@ -79,7 +65,7 @@ pub fn presets() -> Vec<Preset> {
             "boldest: a few flat areas of black and white",
             Options {
                 fineness: 0.2,
-                base: 0.0,
+                shading: 0.0,
                 crispness: 30.0,
                 cohesion: 3.0,
                 sharpen: 0.0,
@@ -96,7 +82,7 @@ pub fn presets() -> Vec<Preset> {
                 "white lines and dots scratched out of black (written as white ink on black paper)",
                 Options {
                     gamma: 0.5,
-                    base: 0.15,
+                    shading: 0.15,
                     crispness: 3.0,
                     sharpen: 5.0,
                     local_contrast: 1.0,
@@ -113,10 +99,11 @@ pub fn presets() -> Vec<Preset> {
 /// # Errors
 /// [`Error::Option`] that lists the names.
 pub fn preset(name: &str) -> Result<Preset> {
-    presets().into_iter().find(|preset| preset.name == name).ok_or_else(|| Error::Option {
-        option: "preset",
-        value: name.to_owned(),
-        allowed: "default, paper, stipple, portrait, linocut, poster or scratchboard",
+    let all = presets();
+    all.iter().find(|preset| preset.name == name).cloned().ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|preset| preset.name).collect();
+        let (last, rest) = names.split_last().expect("there are presets");
+        Error::option("preset", name, format!("{} or {last}", rest.join(", ")))
     })
 }
 
@@ -128,7 +115,7 @@ mod tests {
     fn presets_are_valid_differ_and_are_found_by_name() {
         let all = presets();
         for (i, one) in all.iter().enumerate() {
-            one.options.validate().unwrap();
+            one.options.clone().check().unwrap();
             assert_eq!(preset(one.name).unwrap(), *one);
             assert!(all[..i].iter().all(|other| other.name != one.name && other.options != one.options));
         }

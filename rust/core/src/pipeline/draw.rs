@@ -10,17 +10,17 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::base::{Control, Error, Result, STAGES};
+use crate::base::{Checked, Control, Error, Result, STAGES};
 use crate::diffusion::{Diffusion, diffuse};
-use crate::drawing::{Drawing, Provenance, Stats, assemble};
+use crate::drawing::{Drawing, Provenance, Stats, VERSION, assemble};
 use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
 use crate::importance::Importance;
 use crate::labels::{Labels, Refinement, refine, split};
-use crate::options::{Carry, Crossings, Options};
+use crate::options::{Crossings, ErrorWeighting, Options, Stage};
 use crate::outlines::{Nodes, Shaping, outline};
 use crate::photo::{Field, adjusted, emphasize, emphasize_and_off, off_blurred};
 use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
-use crate::pipeline::needs::{Needs, identical};
+use crate::pipeline::needs::Needs;
 use crate::sites::{FirstGraph, keep, kept_sites, lattice_values, relax};
 
 /// A drawing, and what the stages made on the way to it. The large parts are shared with the session, if it was made in one.
@@ -45,9 +45,9 @@ pub struct Outcome {
 /// Draws a photo given as luma.
 ///
 /// # Errors
-/// [`Error::Option`] for an option out of range, [`Error::Input`] for an importance map or canvas that cannot be used,
+/// [`Error::Input`] for an importance map or canvas that cannot be used, or more nodes than the lattice has,
 /// [`Error::Cancelled`] after [`Control::cancel`].
-pub fn draw(luma: &Field, importance: &Importance, options: &Options, control: &Control) -> Result<Outcome> {
+pub fn draw(luma: &Field, importance: &Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
     draw_with(Cow::Borrowed(luma), Cow::Borrowed(importance), options, control, &mut Memory::new(false))
 }
 
@@ -55,7 +55,7 @@ pub fn draw(luma: &Field, importance: &Importance, options: &Options, control: &
 ///
 /// # Errors
 /// As [`draw`].
-pub fn draw_owned(luma: Field, importance: Importance, options: &Options, control: &Control) -> Result<Outcome> {
+pub fn draw_owned(luma: Field, importance: Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
     draw_with(Cow::Owned(luma), Cow::Owned(importance), options, control, &mut Memory::new(false))
 }
 
@@ -66,19 +66,19 @@ pub fn draw_owned(luma: Field, importance: Importance, options: &Options, contro
 pub(crate) fn draw_with(
     luma: Cow<Field>,
     importance: Cow<Importance>,
-    options: &Options,
+    options: &Checked<Options>,
     control: &Control,
     memory: &mut Memory,
 ) -> Result<Outcome> {
-    options.validate()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads.unwrap_or(0))
         .build()
         .map_err(|e| Error::Internal(format!("the worker threads did not start: {e}")))?;
     let provenance = Provenance {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: VERSION.to_owned(),
         importance: importance.name(),
-        options: Options { threads: None, ..options.clone() },
+        options: options.to_json(),
+        rest: serde_json::Map::new(),
     };
     let needs = Needs::of(options, &importance);
     let budget = options.budget((luma.width() * luma.height()) as f64);
@@ -157,7 +157,7 @@ fn run(
     let (width, height) = (luma.width(), luma.height());
     let (pixels, control) = ((width * height) as f64, stages.control);
 
-    let tone = stages.run_unless_kept(0, &mut memory.tone, &needs.tone, |needs| {
+    let tone = stages.run_unless_kept(0, &mut memory.tone, needs.at(Stage::Tone), |needs| {
         let tone = adjusted(&luma, needs);
         let mean = tone.mean();
         let adjusted = match tone {
@@ -169,9 +169,10 @@ fn run(
     let mean = tone.mean;
     let plain = tone.adjusted.as_ref().unwrap_or(&luma);
     // Emphasis and importance share a blur where both are to be made.
-    let wants_off = importance.needs_detail(&needs.importance) && memory.importance.get(&needs.importance).is_none();
+    let wants_off =
+        importance.needs_detail(needs.at(Stage::Importance)) && memory.importance.get(needs.at(Stage::Importance)).is_none();
     let mut off = None;
-    let emphasized = stages.run_unless_kept(0, &mut memory.emphasis, &needs.emphasis, |needs| {
+    let emphasized = stages.run_unless_kept(0, &mut memory.emphasis, needs.at(Stage::Emphasis), |needs| {
         let spacing = needs.budget(pixels).spacing;
         if !wants_off {
             return Ok(emphasize(plain, spacing, needs));
@@ -180,34 +181,34 @@ fn run(
         off = Some(found);
         Ok(emphasized)
     })?;
-    let field = stages.run_unless_kept(0, &mut memory.importance, &needs.importance, |needs| {
+    let field = stages.run_unless_kept(0, &mut memory.importance, needs.at(Stage::Importance), |needs| {
         let spacing = needs.budget(pixels).spacing;
         let off = off.take().or_else(|| wants_off.then(|| off_blurred(plain, spacing)));
         importance.mixed_with(off, &emphasized, spacing, needs)
     })?;
     drop((tone, luma, importance));
-    let first = first_graph_of(&field, &needs.first_graph, &mut stages, &mut memory.first_graph)?;
+    let first = first_graph_of(&field, needs.at(Stage::FirstGraph), &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
     let (triangulation, cells) = second_graph_of(first, emphasized, needs, &mut stages, memory)?;
-    let labels = stages.run_unless_kept(5, &mut memory.labels, &needs.labels, |needs| {
+    let labels = stages.run_unless_kept(5, &mut memory.labels, needs.at(Stage::Labels), |needs| {
         let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
-        let carried = (needs.carry == Carry::Area).then_some(&areas[..]);
+        let carried = (needs.published.error_weighting == ErrorWeighting::Area).then_some(&areas[..]);
         let mut labels = diffuse(graph, means, carried, &Diffusion::of_tone(needs), control)?;
         let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
         split(graph, means, &mut labels, needs.split)?;
         Ok(Labels { labels, shift })
     })?;
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
-    let components = stages.run_unless_kept(6, &mut memory.components, &needs.labels, connected)?;
-    let outlined = stages.run_unless_kept(6, &mut memory.outlines, &needs.outlines, |needs| {
-        let followed = (needs.crossings == Crossings::Tone).then_some(&cells.means[..]);
+    let components = stages.run_unless_kept(6, &mut memory.components, needs.at(Stage::Labels), connected)?;
+    let outlined = stages.run_unless_kept(6, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
+        let followed = (needs.published.crossings == Crossings::Tone).then_some(&cells.means[..]);
         let nodes = Nodes { labels: &labels.labels, areas: &cells.areas, tones: followed };
         let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
         let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..assemble(outlines.parts)? });
         let (anchors, coordinates) = drawing.count_written();
         Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
     })?;
-    let outlined = signed(outlined, provenance, &needs.outlines, &mut memory.outlines);
+    let outlined = signed(outlined, provenance, needs.at(Stage::Outlines), &mut memory.outlines);
 
     let mut stats = stages.stats;
     stats.seconds.insert("total".to_owned(), stages.began.elapsed().as_secs_f64());
@@ -247,27 +248,32 @@ fn second_graph_of(
 ) -> Result<(Arc<Triangulation>, Arc<TonedCells>)> {
     let (width, height, control) = (tone.width(), tone.height(), stages.control);
     let samples = |needs: &Options| samples_per_pixel(needs.budget((width * height) as f64).density);
-    if let Some(kept) = memory.second_graph.get(&needs.second_graph) {
+    if let Some(kept) = memory.second_graph.get(needs.at(Stage::SecondGraph)) {
         let of_kept = |needs: &Options| toned_cells(&kept.graph.sites, &tone, samples(needs), control);
-        let cells = stages.run_unless_kept(4, &mut memory.cells, &needs.cells, of_kept)?;
+        let cells = stages.run_unless_kept(4, &mut memory.cells, needs.at(Stage::Cells), of_kept)?;
         return Ok((kept, cells));
     }
     let sites = stages.run(2, || {
         let sites = kept_sites(&first, width as f64, height as f64);
         drop(first);
-        relax(sites, width, height, needs.second_graph.relax, samples(&needs.second_graph), control)
+        relax(sites, width, height, needs.at(Stage::SecondGraph).relax, samples(needs.at(Stage::SecondGraph)), control)
     })?;
     // The cells need the sites alone, so they are found beside the triangulation: neither waits at the serial parts of the other.
     // The tone is given back as soon as they have it.
-    let (of, samples) = (&sites, samples(&needs.cells));
+    let (of, samples) = (&sites, samples(needs.at(Stage::Cells)));
     let (edges, cells) =
         stages.run_both(3, 4, || Edges::of(of, width, height, control), move || toned_cells(of, &tone, samples, control))?;
-    Ok((memory.second_graph.put(&needs.second_graph, edges.with_sites(sites)), memory.cells.put(&needs.cells, cells)))
+    Ok((
+        memory.second_graph.put(needs.at(Stage::SecondGraph), edges.with_sites(sites)),
+        memory.cells.put(needs.at(Stage::Cells), cells),
+    ))
 }
 
 /// The drawing with its provenance. A kept one may have been made with other options, of which no stage needed the difference.
 fn signed(outlined: Arc<Outlined>, provenance: Provenance, needs: &Options, slot: &mut Slot<Outlined>) -> Arc<Outlined> {
-    if identical(&outlined.drawing.provenance.options, &provenance.options) {
+    let written = |provenance: &Provenance| serde_json::to_string(provenance).expect("names and numbers always serialize");
+    // As text, since 0 and -0 are equal and are written differently.
+    if written(&outlined.drawing.provenance) == written(&provenance) {
         return outlined;
     }
     let drawing = Arc::new(Drawing { provenance, ..(*outlined.drawing).clone() });

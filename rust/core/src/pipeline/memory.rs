@@ -5,9 +5,8 @@ use std::sync::Arc;
 use crate::drawing::Drawing;
 use crate::graph::{Components, TonedCells, Triangulation};
 use crate::labels::Labels;
-use crate::options::Options;
+use crate::options::{Options, identical};
 use crate::photo::Field;
-use crate::pipeline::needs::identical;
 use crate::sites::FirstGraph;
 
 /// The last result of every stage, or of none.

@@ -13,7 +13,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use crate::base::{Control, Result};
+use crate::base::{Checked, Control, Result};
 use crate::importance::Importance;
 use crate::options::Options;
 use crate::photo::Field;
@@ -48,7 +48,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`crate::draw`]. The session can be used afterwards as if that drawing had not been asked for; what was finished is kept.
-    pub fn draw(&mut self, options: &Options, control: &Control) -> Result<Outcome> {
+    pub fn draw(&mut self, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
         draw_with(Cow::Borrowed(&self.luma), Cow::Borrowed(&self.importance), options, control, &mut self.memory)
     }
 }
@@ -70,8 +70,8 @@ mod tests {
     use super::*;
     use crate::base::{Error, STAGES};
     use crate::drawing::Stats;
-    use crate::files::{Export, to_json, to_svg};
-    use crate::options::Alpha;
+    use crate::files::{Export, Format};
+    use crate::options::{Alpha, Published};
     use crate::pipeline::draw::draw;
     use crate::pipeline::needs::tests::{CHANGES, busy, changed, importances};
 
@@ -91,19 +91,25 @@ mod tests {
 
     /// The same options drawn from the start.
     fn fresh(session: &Session, options: &Options) -> Result<Outcome> {
-        draw(session.luma(), session.importance(), options, &Control::new())
+        draw(session.luma(), session.importance(), &options.clone().check()?, &Control::new())
+    }
+
+    /// Draws with options that may break a rule.
+    fn try_to_draw(session: &mut Session, options: &Options, control: &Control) -> Result<Outcome> {
+        session.draw(&options.clone().check()?, control)
     }
 
     fn redrawn(session: &mut Session, options: &Options) -> Outcome {
-        session.draw(options, &Control::new()).unwrap()
+        try_to_draw(session, options, &Control::new()).unwrap()
     }
 
     fn assert_equal(made: Outcome, expected: Outcome) {
         let without_times = |outcome: &Outcome| Stats { seconds: Default::default(), ..outcome.stats.clone() };
         assert_eq!(without_times(&made), without_times(&expected));
-        assert_eq!(to_json(&made.drawing), to_json(&expected.drawing));
-        let text = |outcome: &Outcome| to_svg(&outcome.drawing, &Export::default()).unwrap();
-        assert_eq!(text(&made), text(&expected));
+        for format in Format::ALL.iter().filter(|format| format.can_be_read()) {
+            let writer = format.writer(Export::default().check().unwrap()).unwrap();
+            assert_eq!(writer.write(&made.drawing).unwrap(), writer.write(&expected.drawing).unwrap());
+        }
         assert!(
             made.drawing == expected.drawing
                 && made.graph == expected.graph
@@ -133,7 +139,7 @@ mod tests {
             for flipped in std::iter::once(&Vec::new()).chain(&steps) {
                 flipped.iter().for_each(|i| bits ^= 1 << i);
                 let options = changed(start.clone(), bits);
-                match (session.draw(&options, &Control::new()), fresh(&session, &options)) {
+                match (try_to_draw(&mut session, &options, &Control::new()), fresh(&session, &options)) {
                     (Ok(made), Ok(expected)) => assert_equal(made, expected),
                     (Err(error), Err(expected)) => prop_assert_eq!(error.to_string(), expected.to_string()),
                     (made, expected) => prop_assert!(false, "{:?} {:?}", made.is_ok(), expected.is_ok()),
@@ -159,8 +165,8 @@ mod tests {
             assert_equal(made, fresh(&session, &options).unwrap());
             assert_equal(redrawn(&mut session, &busy()), first.clone());
         }
-        let dark =
-            Options { refine: 0, gamma: 0.4, alpha: Alpha::Constant(1.0), sharpen: 0.0, local_contrast: 0.0, ..Options::default() };
+        let published = Published { alpha: Alpha::Constant(1.0), ..Published::ours() };
+        let dark = Options { refine: 0, gamma: 0.4, sharpen: 0.0, local_contrast: 0.0, published, ..Options::default() };
         let [fused, apart] = [0, 12].map(|split| redrawn(&mut session, &Options { split, ..dark.clone() }));
         assert_ne!(fused.labels, apart.labels);
     }
@@ -174,10 +180,10 @@ mod tests {
             (|o| o.threads = Some(2), &[]),
             (|o| o.background = "black".to_owned(), &[]),
             // Tonal alpha does not ask for it.
-            (|o| o.detail_gain = 2.0, &[]),
+            (|o| o.published.detail_gain = 2.0, &[]),
             (|o| o.stipple_scale = 0.9, &["outlines"]),
-            (|o| o.alpha = Alpha::Dynamic, &["diffusion", "outlines"]),
-            (|o| o.detail_gain = 3.0, &["diffusion", "outlines"]),
+            (|o| o.published.alpha = Alpha::Dynamic, &["diffusion", "outlines"]),
+            (|o| o.published.detail_gain = 3.0, &["diffusion", "outlines"]),
             (|o| o.relax = 2, &["diffusion", "outlines", "relaxation", "tone", "triangulation"]),
         ];
         let (mut session, mut options) = (session(2), Options::default());
@@ -214,12 +220,13 @@ mod tests {
     fn what_fails_leaves_the_session_as_it_was() {
         let mut session = session(2);
         let first = redrawn(&mut session, &Options::default());
-        assert!(session.draw(&Options { gamma: 0.0, ..Options::default() }, &Control::new()).is_err());
+        assert!(try_to_draw(&mut session, &Options { gamma: 0.0, ..Options::default() }, &Control::new()).is_err());
         let again = redrawn(&mut session, &Options::default());
         assert!(stages(&again).is_empty() && Arc::ptr_eq(&again.drawing, &first.drawing));
         // Refused only when the lattice is there.
-        let too_many = Options { density: Some(0.5), nodes: Some(100_000), gamma: 1.5, ..Options::default() };
-        assert!(matches!(session.draw(&too_many, &Control::new()), Err(Error::Input(_))));
+        let published = Published { density: Some(0.5), ..Published::ours() };
+        let too_many = Options { nodes: Some(100_000), gamma: 1.5, published, ..Options::default() };
+        assert!(matches!(try_to_draw(&mut session, &too_many, &Control::new()), Err(Error::Input(_))));
         let again = redrawn(&mut session, &Options::default());
         assert_eq!(stages(&again), ["lattice"]);
         assert_equal(again, first);
@@ -240,7 +247,7 @@ mod tests {
                     control.cancel();
                 });
                 // It may be done before it is stopped: what counts is what comes next.
-                let stopped = session.draw(&options[(i + 1) % 2], &control);
+                let stopped = try_to_draw(&mut session, &options[(i + 1) % 2], &control);
                 is_done.store(true, Ordering::Relaxed);
                 assert!(matches!(stopped, Ok(_) | Err(Error::Cancelled)));
             });
@@ -248,6 +255,6 @@ mod tests {
         }
         let control = Control::new();
         control.cancel();
-        assert!(matches!(session.draw(&Options { relax: 5, ..Options::default() }, &control), Err(Error::Cancelled)));
+        assert!(matches!(try_to_draw(&mut session, &Options { relax: 5, ..Options::default() }, &control), Err(Error::Cancelled)));
     }
 }

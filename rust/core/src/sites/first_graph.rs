@@ -27,7 +27,6 @@ pub struct FirstGraph {
 /// [`crate::Error::Option`] for an option out of range, [`crate::Error::Input`] for a budget that cannot be met,
 /// [`crate::Error::Cancelled`].
 pub fn first_graph(importance: &Field, options: &Options, control: &Control) -> Result<FirstGraph> {
-    options.validate()?;
     let budget = options.budget((importance.width() * importance.height()) as f64);
     let (lattice, values) = lattice_values(importance, budget.density, options, control)?;
     keep(lattice, &values, budget.nodes, options, control)
@@ -63,7 +62,7 @@ pub(crate) fn lattice_values(
     options: &Options,
     control: &Control,
 ) -> Result<(Lattice, Vec<f32>)> {
-    let lattice = Lattice::new(options.lattice, importance.width(), importance.height(), density)?;
+    let lattice = Lattice::new(options.published.lattice, importance.width(), importance.height(), density)?;
     let values = lattice_means(&lattice, importance, samples_per_pixel(density), control)?;
     Ok((lattice, values))
 }

@@ -73,7 +73,7 @@ impl Scan<'_> {
     fn label(&self, band: Range<usize>, labels: &mut [u8]) {
         let lattice = self.lattice;
         let (warm_up, first) = (WARM_UP.min(lattice.rows() - 1), lattice.row(band.start).start);
-        let mut rings = Rings::of_radius(self.parameters.rings);
+        let mut rings = Rings::of_radius(self.parameters.hops);
         // What a row was passed, and what it passes to the next. Errors that begin at 0 would all come to a half in the same row.
         let spread = if warm_up > 0 { 0.5 } else { 0.0 };
         let mut received: Vec<f64> =
