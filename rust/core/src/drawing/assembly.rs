@@ -16,6 +16,9 @@ use crate::outlines::{Parts, Stipple};
 ///
 /// # Errors
 /// [`Error::Internal`] if the parts do not fit together.
+///
+/// # Panics
+/// If a part names a component that has no ink.
 pub fn assemble(parts: Parts) -> Result<Drawing> {
     let frame = Frame { width: parts.width as f64, height: parts.height as f64 };
     let count = parts.inks.len();

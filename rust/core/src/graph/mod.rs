@@ -9,7 +9,7 @@ mod tiles;
 mod triangulation;
 
 pub use cells::{Cells, TonedCells, cells, lattice_means, owners, samples_per_pixel, toned_cells};
-pub(crate) use cells::{Samples, centroid_of, check};
+pub(crate) use cells::{Samples, centroid_of, check_sampling};
 pub use components::{Components, components};
 pub use graph::{Adjacency, FRAME_MARGIN, Graph};
 pub(crate) use graph::{check_areas, check_finite, check_labels, check_one_a_node, distance_squared};

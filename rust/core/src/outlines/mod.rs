@@ -3,12 +3,14 @@
 //! own.
 
 mod contours;
+mod dots;
 mod fit;
 mod irregular;
+mod outline;
 mod parts;
 mod simplify;
 mod sleeve;
 mod spline;
 
-pub use contours::{Nodes, Outlines, Shaping, crossing, outline};
+pub use outline::{Nodes, Outlines, Shaping, crossing, outline};
 pub use parts::{Parts, Stipple};

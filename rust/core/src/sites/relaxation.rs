@@ -3,7 +3,7 @@
 //! Source: the paper (relaxation).
 
 use crate::base::{Control, Result};
-use crate::graph::{FRAME_MARGIN, Samples, centroid_of, check};
+use crate::graph::{FRAME_MARGIN, Samples, centroid_of, check_sampling};
 
 /// Lloyd relaxation: `steps` times, every site moves to the centroid of its cell (0.001 px inside the frame at least).
 ///
@@ -20,7 +20,7 @@ pub fn relax(
     let limits = [width as f64 - FRAME_MARGIN, height as f64 - FRAME_MARGIN];
     for step in 0..steps {
         control.report(step as f32 / steps as f32)?;
-        check(&sites, width, height, samples_per_pixel, None)?;
+        check_sampling(&sites, width, height, samples_per_pixel, None)?;
         let mut sums = vec![(0u32, [0u64; 2]); sites.len()];
         let canvas = Samples { sites: &sites, width, height, per_pixel: samples_per_pixel };
         canvas.add_up(None, control, |site, part| {

@@ -14,5 +14,5 @@ mod voronoi;
 pub use lattice::lattice_means;
 pub(crate) use raster::Samples;
 pub use sampling::samples_per_pixel;
-pub(crate) use sampling::{centroid_of, check};
+pub(crate) use sampling::{centroid_of, check_sampling};
 pub use voronoi::{Cells, TonedCells, cells, owners, toned_cells};

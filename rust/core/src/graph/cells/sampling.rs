@@ -11,7 +11,7 @@ pub fn samples_per_pixel(density: f64) -> usize {
     (2.0 * density.sqrt() - 1e-9).ceil().max(1.0) as usize
 }
 
-pub(crate) fn check(
+pub(crate) fn check_sampling(
     sites: &[[f64; 2]],
     width: usize,
     height: usize,

@@ -6,7 +6,7 @@ use crate::base::{Control, Result};
 use crate::graph::cells::bins::Box2;
 use crate::graph::cells::block::{BLOCK, Block, Lane};
 use crate::graph::cells::raster::{Samples, Sink};
-use crate::graph::cells::sampling::{area_of, centroid_of, check, mean_of};
+use crate::graph::cells::sampling::{area_of, centroid_of, check_sampling, mean_of};
 use crate::graph::cells::sums::Sums;
 use crate::photo::Field;
 
@@ -39,7 +39,7 @@ pub fn cells(
     field: Option<&Field>,
     control: &Control,
 ) -> Result<Cells> {
-    check(sites, width, height, samples_per_pixel, field)?;
+    check_sampling(sites, width, height, samples_per_pixel, field)?;
     let mut sums = vec![Sums::default(); sites.len()];
     let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
     canvas.add_up(field, control, |site, part| {
@@ -78,7 +78,7 @@ pub struct TonedCells {
 /// As [`cells`].
 pub fn toned_cells(sites: &[[f64; 2]], field: &Field, samples_per_pixel: usize, control: &Control) -> Result<TonedCells> {
     let (width, height) = (field.width(), field.height());
-    check(sites, width, height, samples_per_pixel, Some(field))?;
+    check_sampling(sites, width, height, samples_per_pixel, Some(field))?;
     let (mut counts, mut values) = (vec![0u32; sites.len()], vec![0f64; sites.len()]);
     let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
     canvas.add_up(Some(field), control, |site, part| {
@@ -96,7 +96,7 @@ pub fn toned_cells(sites: &[[f64; 2]], field: &Field, samples_per_pixel: usize, 
 /// # Errors
 /// As [`cells`].
 pub fn owners(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel: usize, control: &Control) -> Result<Vec<u32>> {
-    check(sites, width, height, samples_per_pixel, None)?;
+    check_sampling(sites, width, height, samples_per_pixel, None)?;
     let stride = width * samples_per_pixel;
     let mut owners = vec![0; stride * height * samples_per_pixel];
     let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
