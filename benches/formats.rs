@@ -5,9 +5,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use graphstipple_bench::{Photo, is_smoke_run, median, options, photo};
-use graphstipple_cli::files::{Format, encode};
 use graphstipple_core::stages::{Inks, Outline, Style};
-use graphstipple_core::{Control, Drawing, Export, Outcome, draw};
+use graphstipple_core::{Control, Drawing, Export, Format, Outcome, draw};
 use kurbo::PathEl;
 
 /// One and four megapixels.
@@ -22,28 +21,28 @@ const RUNS: usize = 3;
 /// A way of writing a drawing.
 struct Way {
     name: &'static str,
-    format: Format,
+    suffix: &'static str,
     style: Style,
     inks: Inks,
     one_bit: bool,
 }
 
 impl Way {
-    const fn flat(name: &'static str, format: Format) -> Self {
-        Self { name, format, style: Style::Flat, inks: Inks::Black, one_bit: false }
+    const fn flat(name: &'static str, suffix: &'static str) -> Self {
+        Self { name, suffix, style: Style::Flat, inks: Inks::Black, one_bit: false }
     }
 }
 
 const WAYS: [Way; 9] = [
-    Way::flat("SVG, flat", Format::Svg),
-    Way { inks: Inks::Both, ..Way::flat("SVG, both inks", Format::Svg) },
-    Way { style: Style::Layered, ..Way::flat("SVG, layered", Format::Svg) },
-    Way::flat("PDF, flat", Format::Pdf),
-    Way::flat("EPS, flat", Format::Eps),
-    Way::flat("DXF, flat", Format::Dxf),
-    Way::flat("PNG", Format::Png),
-    Way { one_bit: true, ..Way::flat("PNG, 1 bit", Format::Png) },
-    Way::flat("JSON", Format::Json),
+    Way::flat("SVG, flat", "svg"),
+    Way { inks: Inks::Both, ..Way::flat("SVG, both inks", "svg") },
+    Way { style: Style::Layered, ..Way::flat("SVG, layered", "svg") },
+    Way::flat("PDF, flat", "pdf"),
+    Way::flat("EPS, flat", "eps"),
+    Way::flat("DXF, flat", "dxf"),
+    Way::flat("PNG", "png"),
+    Way { one_bit: true, ..Way::flat("PNG, 1 bit", "png") },
+    Way::flat("JSON", "json"),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -70,11 +69,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Writes a drawing in memory and tells what came of it.
 fn row(drawing: &Drawing, way: &Way, making: f64) -> Result<String, Box<dyn Error>> {
     let export = Export { style: way.style, inks: way.inks, one_bit: way.one_bit, ..Export::default() };
+    let writer = Format::of_suffix(way.suffix)?.writer(export.check()?)?;
     let mut seconds = Vec::new();
     let mut bytes = Vec::new();
     for _ in 0..RUNS {
         let began = Instant::now();
-        bytes = black_box(encode(drawing, way.format, &export)?);
+        bytes = black_box(writer.write(drawing)?);
         seconds.push(began.elapsed().as_secs_f64());
     }
     let median = median(seconds);
@@ -88,13 +88,13 @@ fn row(drawing: &Drawing, way: &Way, making: f64) -> Result<String, Box<dyn Erro
 
 /// Points that a vector file holds, control points included; a dot counts one. `None` for the others.
 fn points(drawing: &Drawing, way: &Way, bytes: &[u8]) -> Option<usize> {
-    match way.format {
-        Format::Svg => Some(pairs(drawing, way, 2)),
+    match way.suffix {
+        "svg" => Some(pairs(drawing, way, 2)),
         // These raise quadratic curves to cubic ones.
-        Format::Pdf | Format::Eps => Some(pairs(drawing, way, 3)),
+        "pdf" | "eps" => Some(pairs(drawing, way, 3)),
         // Vertices of polylines and centres of circles; the header has three points more, which do not count.
-        Format::Dxf => Some(String::from_utf8_lossy(bytes).matches("\n10\n").count().saturating_sub(3)),
-        Format::Png | Format::Json => None,
+        "dxf" => Some(String::from_utf8_lossy(bytes).matches("\n10\n").count().saturating_sub(3)),
+        _ => None,
     }
 }
 

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use graphstipple_bench::{Limit, Photo, after, is_smoke_run, median, options, photo};
 use graphstipple_core::stages::Alpha;
-use graphstipple_core::{Control, Options, Session, draw};
+use graphstipple_core::{Checked, Control, Options, Published, Session, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 /// A size to measure.
@@ -73,13 +73,15 @@ impl Nodes {
         Self::Given { density, nodes_per_pixel }
     }
 
-    fn options(self) -> Options {
-        match self {
+    fn options(self) -> Result<Checked<Options>, Box<dyn Error>> {
+        let options = match self {
             Self::Default => Options::default(),
             Self::Given { density, nodes_per_pixel } => {
-                Options { density: Some(density), nodes_per_pixel: Some(nodes_per_pixel), ..options() }
+                let published = Published { density: Some(density), ..Published::ours() };
+                Options { nodes_per_pixel: Some(nodes_per_pixel), published, ..Options::default() }
             }
-        }
+        };
+        Ok(options.check()?)
     }
 
     /// As arguments to a child.
@@ -106,7 +108,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if let Some([width, height, runs, nodes @ ..]) = after(&arguments, "--bare") {
         let size = Size::new(width.parse()?, height.parse()?, runs.parse()?);
-        for (name, value) in measure(size, &Nodes::parse(nodes)?.options())? {
+        for (name, value) in measure(size, &Nodes::parse(nodes)?.options()?)? {
             println!("{name}\t{value}");
         }
         return Ok(());
@@ -165,7 +167,7 @@ fn in_child(size: Size, nodes: Nodes) -> Result<Measures, Box<dyn Error>> {
 }
 
 /// Medians over all runs at one size.
-fn measure(size: Size, options: &Options) -> Result<Measures, Box<dyn Error>> {
+fn measure(size: Size, options: &Checked<Options>) -> Result<Measures, Box<dyn Error>> {
     let Photo { luma, importance } = photo(size.width, size.height);
     let mut found: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     let mut measures = Measures::new();
@@ -186,7 +188,8 @@ fn measure(size: Size, options: &Options) -> Result<Measures, Box<dyn Error>> {
         assert_eq!(mesh.num_vertices(), outcome.stats.nodes, "spade loaded another graph");
         let total = outcome.stats.seconds["total"];
         let mut session = Session::new(luma.clone(), importance.clone());
-        session.draw(&Options { alpha: Alpha::Dynamic, ..options.clone() }, &Control::new())?;
+        let published = Published { alpha: Alpha::Dynamic, ..options.published };
+        session.draw(&Options { published, ..options.clone().into_inner() }.check()?, &Control::new())?;
         let relabel = session.draw(options, &Control::new())?.stats.seconds["total"];
         let own = [
             ("spade".to_owned(), spade),

@@ -14,12 +14,27 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterable
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from graphstipple import _core
-
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def extension() -> ModuleType:
+    """Return the extension module, without the package around it, which is not whole before its fields are made."""
+    found = [*(ROOT / "python" / "graphstipple").glob("_core*.so"), *(ROOT / "python" / "graphstipple").glob("_core*.pyd")]
+    if not found:
+        sys.exit("the extension module is not built: make build")
+    spec = spec_from_file_location("graphstipple._core", found[0])
+    assert spec and spec.loader
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+_core = extension()
 WIDTH = 128
 """Of generated Python, in columns."""
 
@@ -33,13 +48,14 @@ def kinds(option: Property) -> list[Property]:
     return [form for form in option.get("anyOf", [option]) if form.get("type") != "null"]
 
 
-def annotation(option: Property) -> str:
-    """Return the option's type in Python."""
+def annotation(option: Property, in_words: bool = False) -> str:
+    """Return the option's type in Python, or as docstrings have it."""
     names = {"number": "float", "integer": "int", "boolean": "bool", "string": "str"}
     parts = []
     for kind in kinds(option):
         words = ", ".join(f'"{word}"' for word in kind.get("enum", []))
-        parts.append(f"Literal[{words}]" if words else names[kind["type"]])
+        braces = f"{{{words}}}" if in_words else f"Literal[{words}]"
+        parts.append(braces if words else names[kind["type"]])
     return " | ".join([*parts, "None"] if "x-absent" in option else parts)
 
 
@@ -65,6 +81,11 @@ def number(value: float) -> str:
     return "2^53" if value == 2**53 else f"{value:,.10g}"
 
 
+def capital(text: str) -> str:
+    """Return a text with a capital at its begin."""
+    return text[:1].upper() + text[1:]
+
+
 def python_value(value: object) -> str:
     """Return a value as Python source."""
     return f'"{value}"' if isinstance(value, str) else repr(value)
@@ -74,8 +95,8 @@ def docstring(first: str, rest: str, options: dict[str, Property], raises: bool)
     """Return the docstring of a class of options, without quotes."""
     lines = [first, "", *textwrap.wrap(rest, WIDTH - 4), "", "Parameters", "----------"]
     for name, option in options.items():
-        lines.append(f"{name} : {annotation(option).replace(' | None', ', optional').replace(' | ', ' or ')}")
-        sentence = f"{option['description']}; {allowed(option).replace('`', '')}."
+        lines.append(f"{name} : {annotation(option, in_words=True).replace(' | None', ', optional').replace(' | ', ' or ')}")
+        sentence = f"{option['description']} {capital(allowed(option).replace('`', ''))}."
         if "x-absent" in option:
             sentence += f" None: {option['x-absent']['meaning']}."
         lines += textwrap.wrap(sentence, WIDTH - 8, initial_indent="    ", subsequent_indent="    ")
@@ -137,8 +158,8 @@ def options_page() -> str:
         return option["x-absent"]["meaning"] if value is None else f"`{value}`" if isinstance(value, (str, bool)) else number(value)
 
     def row(name: str, option: Property) -> list[str]:
-        again = ", ".join(option["x-stages"]) or "nothing"
-        return [f"`{name}`", option["description"], allowed(option) + absent_word(option), default(option), again]
+        stages = ", ".join(option["x-stages"])
+        return [f"`{name}`", option["description"], allowed(option) + absent_word(option), default(option), stages]
 
     def absent_word(option: Property) -> str:
         return f", or `None` (on the command line `{option['x-absent']['word']}`)" if "x-absent" in option else ""
@@ -149,7 +170,7 @@ def options_page() -> str:
         rows = [(name, option) for name, option in properties.items() if option["x-group"] == group]
         everyday = [row(name, option) for name, option in rows if option["x-everyday"]]
         further = [row(name, option) for name, option in rows if not option["x-everyday"]]
-        head = ["Option", "What it does", "Takes", "Default", "Done again from"]
+        head = ["Option", "What it does", "Takes", "Default", "Used for"]
         parts.append(f"### {group}\n\n{table(head, everyday + further)}")
         if everyday and further:
             parts[-1] += f"\n\nOn the command line the last {len(further)} are shown by `--help-all` only."
@@ -173,8 +194,9 @@ Names in Python; on the command line `local_contrast` is `--local-contrast`, and
 
 ## How a photo is drawn
 
-Fields of `gs.Options`. A session ([README](../README.md)) keeps what stands before the stage named last, for all options but those of
-which nothing is done again; with another `background` it reads the photo anew.
+Fields of `gs.Options`. The last column has the stages that use an option: when it changes, a session ([README](../README.md)) does
+them again and what follows from them, in the order tone, emphasis, importance, first graph, second graph, cells, labels, outlines.
+With another `background` it reads the photo anew.
 
 {chr(10).join(part + chr(10) for part in parts)}
 ### Published method
@@ -251,7 +273,20 @@ def tree(files: Iterable[str]) -> str:
     return "```text\n" + "\n".join(lines) + "\n```"
 
 
-FOLDERS = ("base", "options", "photo", "importance", "graph", "diffusion", "sites", "labels", "outlines", "drawing", "files", "pipeline")
+FOLDERS = (
+    "base",
+    "options",
+    "photo",
+    "importance",
+    "graph",
+    "diffusion",
+    "sites",
+    "labels",
+    "outlines",
+    "drawing",
+    "files",
+    "pipeline",
+)
 """Folders of the core, in the order of the data."""
 
 

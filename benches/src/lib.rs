@@ -5,11 +5,16 @@ pub mod stages;
 
 pub use photo::{Photo, photo};
 
-use graphstipple_core::Options;
+use graphstipple_core::{Checked, Options, Published};
 
 /// The options that are measured: as many lattice nodes as pixels, of which 0.3 a pixel are kept.
-pub fn options() -> Options {
-    Options { density: Some(1.0), nodes_per_pixel: Some(0.3), ..Options::default() }
+///
+/// # Panics
+/// Never: they keep their rules.
+pub fn options() -> Checked<Options> {
+    let published = Published { density: Some(1.0), ..Published::ours() };
+    let options = Options { nodes_per_pixel: Some(0.3), published, ..Options::default() };
+    options.check().expect("each is in its range")
 }
 
 /// Whether this is no measurement but a look at whether the benchmarks still run: cargo says `--bench` when it measures, and

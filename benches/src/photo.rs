@@ -32,7 +32,7 @@ pub fn photo(width: usize, height: usize) -> Photo {
             luma.push((255.0 * scene.tone(column, row) + 0.5) as u8);
         }
     }
-    let importance = Importance::Saliency(fine_grained(&luma, width, height));
+    let importance = Importance::saliency(fine_grained(&luma, width, height));
     let values = luma.iter().map(|v| f32::from(*v) / 255.0).collect();
     Photo { luma: Field::new(width, height, values).expect("8-bit values over 255 are in [0, 1]"), importance }
 }

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use graphstipple_core::stages::{
     Diffusion, FirstGraph, Nodes, Refinement, Shaping, Triangulation, assemble, cells, components, diffuse, diffuse_lattice,
     emphasize, fine_grained, first_graph, kept_sites, lattice_means, outline, raster::rasterize, refine, relax, samples_per_pixel,
-    to_svg, triangulate,
+    triangulate,
 };
-use graphstipple_core::{Control, Export, Field, Options, Outcome, Result, draw};
+use graphstipple_core::{Checked, Control, Export, Field, Format, Options, Outcome, Result, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 use crate::Photo;
@@ -67,7 +67,7 @@ impl<'a> Stage<'a> {
 /// A photo, and what every stage makes of it.
 pub struct Prepared {
     photo: Photo,
-    options: Options,
+    options: Checked<Options>,
     control: Control,
     outcome: Outcome,
     first: FirstGraph,
@@ -96,10 +96,10 @@ impl Prepared {
     ///
     /// # Panics
     /// If the options have no density: the lattice is then chosen inside of the pipeline.
-    pub fn new(photo: Photo, options: Options) -> Result<Self> {
+    pub fn new(photo: Photo, options: Checked<Options>) -> Result<Self> {
         let control = Control::new();
         let (width, height) = (photo.luma.width(), photo.luma.height());
-        let samples = samples_per_pixel(options.density.expect("the measured options have a density"));
+        let samples = samples_per_pixel(options.published.density.expect("the measured options have a density"));
         let outcome = draw(&photo.luma, &photo.importance, &options, &control)?;
         let first = first_graph(&outcome.importance, &options, &control)?;
         let means = lattice_means(&first.lattice, &outcome.importance, samples, &control)?;
@@ -140,7 +140,7 @@ impl Prepared {
     /// The whole drawing, with as many threads as the pool that it is called in.
     pub fn whole(&self) -> Stage<'_> {
         Stage::new("whole_drawing", Threads::Mixed, || {
-            let options = Options { threads: Some(rayon::current_num_threads()), ..self.options.clone() };
+            let options = Options { threads: Some(rayon::current_num_threads()), ..self.options.clone().into_inner() }.check()?;
             draw(&self.photo.luma, &self.photo.importance, &options, &self.control)
         })
     }
@@ -185,7 +185,11 @@ impl Prepared {
                 let components = components(graph, labels);
                 assemble(outline(&self.triangulation, nodes(), &components, (width, height), shaping, control)?.parts)
             }),
-            Stage::new("svg", Serial, move || to_svg(&outcome.drawing, &Export::default())),
+            Stage::new("svg", Serial, move || {
+                Format::of_suffix("svg")
+                    .and_then(|svg| svg.writer(Export::default().check()?))
+                    .and_then(|svg| svg.write(&outcome.drawing))
+            }),
             Stage::new("rasterize", Parallel, move || rasterize(&outcome.drawing, None)),
         ]
     }

@@ -16,7 +16,28 @@ from graphstipple import _core
 from graphstipple._errors import InvalidInputError
 from graphstipple._option_fields import OURS, OptionFields, PublishedFields
 
-T = TypeVar("T", bound="Published | Options")
+T = TypeVar("T", bound="PublishedFields | OptionFields")
+
+
+def _fields(options: PublishedFields | OptionFields) -> dict[str, Any]:
+    return {field.name: getattr(options, field.name) for field in dataclasses.fields(options)}
+
+
+def _plain(value: object) -> object:
+    """Return NumPy's scalars as Python's."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _store(options: PublishedFields | OptionFields, core: _core.Options, values: dict[str, Any]) -> None:
+    """Keep the values as Rust has them, and what it has checked; not a field, so that it does not count where options are compared."""
+    for name, value in values.items():
+        object.__setattr__(options, name, value)
+    object.__setattr__(options, "_core", core)
+
+
+def _made(kind: type[T], values: dict[str, Any]) -> T:
+    """Make options again from their pickled values."""
+    return kind(**values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,27 +140,6 @@ class Options(OptionFields):
 
     def __reduce__(self) -> tuple[Callable[..., Options], tuple[type[Options], dict[str, Any]]]:
         return _made, (type(self), _fields(self))
-
-
-def _fields(options: Published | Options) -> dict[str, Any]:
-    return {field.name: getattr(options, field.name) for field in dataclasses.fields(options)}
-
-
-def _plain(value: object) -> object:
-    """Return NumPy's scalars as Python's."""
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _store(options: Published | Options, core: _core.Options, values: dict[str, Any]) -> None:
-    """Keep the values as Rust has them, and what it has checked; not a field, so that it does not count where options are compared."""
-    for name, value in values.items():
-        object.__setattr__(options, name, value)
-    object.__setattr__(options, "_core", core)
-
-
-def _made(kind: type[T], values: dict[str, Any]) -> T:
-    """Make options again from their pickled values."""
-    return kind(**values)
 
 
 class Preset(NamedTuple):

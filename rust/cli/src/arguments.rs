@@ -6,11 +6,11 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use graphstipple_core::stages::{
-    Audience, DECLARATIONS, Declaration, Group, Inks, KINDS, Length, MAX_SIDE, PUBLISHED, Preset, Rule, SETTINGS, Setting, Source,
-    Style, Value, Writer, named_length, parse_color, preset,
+    Audience, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_SIDE, PUBLISHED, Preset, Rule, SETTINGS, Setting,
+    Source, Style, Value, Writer, named_length, parse_color, preset,
 };
 use graphstipple_core::{Checked, Export, Format, Options, presets};
 
@@ -24,7 +24,7 @@ const STANDARD: &str = "-";
 const EXAMPLES: &str = "\
 Examples:
   graphstipple photo.jpg -o drawing.svg
-  graphstipple photo.jpg -o drawing.pdf --preset portrait --page A4 --margin 10mm
+  graphstipple photo.jpg -o drawing.pdf --preset portrait --page A4
   graphstipple photo.jpg -o drawing.svg --nodes 100000 --preview preview.png";
 
 /// The options that most people begin with, above all others in the help.
@@ -56,8 +56,12 @@ pub(crate) fn command(with_all: bool) -> Command {
         .disable_version_flag(true)
         .arg(photo());
     let of_options = DECLARATIONS.iter().filter(|d| d.group != Group::Method).map(|d| of_option(d, with_all));
-    let arguments: Vec<Arg> =
-        of_output().into_iter().chain(of_options).chain([importance(), published(with_all)]).chain(of_print(with_all)).collect();
+    let arguments: Vec<Arg> = of_output()
+        .into_iter()
+        .chain(of_options)
+        .chain([importance(with_all), published(with_all)])
+        .chain(of_print(with_all))
+        .collect();
     let (first, others): (Vec<Arg>, Vec<Arg>) =
         arguments.into_iter().partition(|argument| FIRST.contains(&argument.get_id().as_str()));
     for name in FIRST {
@@ -114,7 +118,7 @@ fn help_of(declaration: &Declaration) -> String {
     };
     let or_word =
         declaration.absent.filter(|absent| absent.word == "off").map_or_else(String::new, |absent| format!(", {}", absent.word));
-    format!("{} [{takes}{or_word}; default: {default}]", declaration.sentence())
+    format!("{} [{takes}{or_word}; default {default}]", declaration.sentence())
 }
 
 /// A file and how it is written.
@@ -136,13 +140,13 @@ fn of_output() -> Vec<Arg> {
         .value_name("PX")
         .value_parser(parse_width)
         .requires("preview")
-        .help(format!("Width of the preview [1 to {MAX_SIDE}; default: the photo's]"))
+        .help(format!("Width of the preview [1 to {MAX_SIDE}; default the photo's]"))
         .help_heading(OUTPUT);
     let min_dot = Arg::new("min_dot")
         .long("min-dot")
         .value_name("LENGTH")
         .allow_hyphen_values(true)
-        .help("Least radius of a dot on paper: smaller ones grow where that touches nothing, else they go")
+        .help("Least radius of a dot: smaller ones grow where there is room, else they go")
         .help_heading(SIZE);
     let settings = SETTINGS.iter().map(of_setting);
     [output, preview].into_iter().chain(settings).chain([preview_width, min_dot]).collect()
@@ -163,18 +167,19 @@ fn of_setting(setting: &'static Setting) -> Arg {
     if setting.value_name.is_empty() {
         return flag.action(ArgAction::SetTrue).help(format!("{}{only}", setting.sentence));
     }
-    let flag = flag.value_name(setting.value_name).help(format!("{}{only} [default: {}]", setting.sentence, setting.default));
+    let flag = flag.value_name(setting.value_name).help(format!("{}{only} [default {}]", setting.sentence, setting.default));
     // A length that begins with a minus is told in words.
     flag.allow_hyphen_values(setting.value_name == "LENGTH").allow_negative_numbers(true)
 }
 
 /// Where detail is wanted.
-fn importance() -> Arg {
-    let kinds: Vec<String> = KINDS.iter().map(|kind| format!("{} ({})", kind.form, kind.sentence)).collect();
+fn importance(with_all: bool) -> Arg {
+    let of_kind = |kind: &Kind| if with_all { format!("{} ({})", kind.form, kind.sentence) } else { kind.form.to_owned() };
+    let kinds: Vec<String> = KINDS.iter().map(of_kind).collect();
     Arg::new("importance")
         .long("importance")
         .value_name("SOURCE")
-        .help(format!("Where detail is wanted: {} [default: {}]", kinds.join("; "), KINDS[0].form))
+        .help(format!("Where detail is wanted: {} [default {}]", kinds.join(", "), KINDS[0].form))
         .help_heading(Group::Nodes.title())
 }
 
@@ -202,13 +207,13 @@ fn of_print(with_all: bool) -> Vec<Arg> {
     let preset = Arg::new("preset")
         .long("preset")
         .value_name("NAME")
-        .help(format!("Begin with the options of a preset; others then change single ones: {}", names.join(", ")))
-        .value_parser(PossibleValuesParser::new(names).try_map(|name| preset(&name)))
+        .help(format!("Begin with the options of a preset: {}", names.join(", ")))
+        .value_parser(PossibleValuesParser::new(names).try_map(|name: String| preset(&name)))
         .hide_possible_values(true);
     let printed = [
         switch(LIST_PRESETS, "Print the presets and what they give"),
-        switch("stats", "Print counts and times as JSON on standard output (on standard error when the SVG goes there)"),
-        switch("quiet", "Show no progress bar; without it there is one on a terminal, after a second of work"),
+        switch("stats", "Print counts and times as JSON (on standard error when the SVG goes to -o -)"),
+        switch("quiet", "Show no progress bar"),
         switch(OPTIONS_SCHEMA, "Print the options of a drawing as a JSON schema, for user interfaces").hide(!with_all),
         switch("help", "Print this help").short('h'),
         switch(HELP_ALL, "Print the help of every option"),

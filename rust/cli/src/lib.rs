@@ -56,8 +56,8 @@ fn printed(arguments: &[OsString]) -> Option<String> {
             flag => flag.strip_prefix("--")?,
         };
         Some(match flag {
-            "help" => command(false).render_help().to_string(),
-            HELP_ALL => command(true).render_help().to_string(),
+            "help" => command(false).render_help().to_string() + "\n",
+            HELP_ALL => command(true).render_help().to_string() + "\n",
             "version" => format!("graphstipple {}\n", env!("CARGO_PKG_VERSION")),
             LIST_PRESETS => list_of_presets(),
             OPTIONS_SCHEMA => serde_json::to_string_pretty(&schema()).expect("names and numbers always serialize") + "\n",

@@ -3,17 +3,29 @@
 // The folders stand in the order of the data: each imports from those above it alone.
 
 mod base;
-mod diffusion;
-mod drawing;
-mod files;
-mod graph;
-mod importance;
-mod labels;
+
 mod options;
-mod outlines;
+
 mod photo;
-mod pipeline;
+
+mod importance;
+
+mod graph;
+
+mod diffusion;
+
 mod sites;
+
+mod labels;
+
+mod outlines;
+
+mod drawing;
+
+mod files;
+
+mod pipeline;
+
 pub mod stages;
 
 pub use base::{Checked, Control, Error, Result};

@@ -22,7 +22,7 @@ mod _core {
     #[pymodule_export]
     use crate::drawing::{Drawing, draw, load};
     #[pymodule_export]
-    use crate::options::{Options, options_schema, preset_values, presets};
+    use crate::options::{Options, formats, options_schema, preset_values, presets, settings, sources};
     #[pymodule_export]
     use crate::photo::{adjust, background, luma, luma_to_u8, read_luma, saliency};
     #[pymodule_export]

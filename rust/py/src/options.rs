@@ -1,7 +1,7 @@
 //! Options, checked once when they are made; presets; the settings of files.
 
-use graphstipple_core::stages::{DECLARATIONS, Group, PUBLISHED, parse_color, preset, schema};
-use graphstipple_core::{Checked, Export, Options as CoreOptions, presets as core_presets};
+use graphstipple_core::stages::{DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, parse_color, preset, schema};
+use graphstipple_core::{Checked, Export, Format, Options as CoreOptions, presets as core_presets};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -74,6 +74,25 @@ pub(crate) fn presets() -> Vec<(&'static str, &'static str, &'static str)> {
 #[pyfunction]
 pub(crate) fn options_schema(py: Python<'_>) -> PyResult<Py<PyAny>> {
     values::data(py, &schema())
+}
+
+/// Every setting of how a file is written: name, what it does, default, and the suffixes of the formats that take it.
+#[pyfunction]
+pub(crate) fn settings() -> Vec<(&'static str, &'static str, &'static str, Vec<&'static str>)> {
+    let takers = |name| Format::ALL.iter().filter(|format| format.settings.contains(&name)).map(|format| format.suffix).collect();
+    SETTINGS.iter().map(|setting| (setting.name, setting.sentence, setting.default, takers(setting.name))).collect()
+}
+
+/// Every format: suffix, name, what it holds, and whether a file of it gives the drawing back.
+#[pyfunction]
+pub(crate) fn formats() -> Vec<(&'static str, &'static str, &'static str, bool)> {
+    Format::ALL.iter().map(|format| (format.suffix, format.name, format.holds, format.can_be_read())).collect()
+}
+
+/// Every kind of source of importance: its form, and what it stands for.
+#[pyfunction]
+pub(crate) fn sources() -> Vec<(&'static str, &'static str)> {
+    KINDS.iter().map(|kind| (kind.form, kind.sentence)).collect()
 }
 
 /// How a file is written, from settings by name; those that are None are as if they were not there.

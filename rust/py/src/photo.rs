@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use graphstipple_cli::files;
-use graphstipple_core::saliency::fine_grained;
-use graphstipple_core::tone::{self, Pixels, Samples};
+use graphstipple_core::stages::{self as core, Pixels, Samples, fine_grained, parse_color};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::{arrays, errors, options, watch};
+use crate::options::Options;
+use crate::{arrays, errors, watch};
 
 /// The luma of an image file, (height, width) in [0, 1], its transparency laid over the background (R, G, B).
 #[pyfunction]
@@ -45,7 +45,7 @@ pub(crate) fn luma<'py>(py: Python<'py>, samples: &Bound<'py, PyAny>, background
             Owned::U16(values) => Samples::U16(values),
             Owned::F32(values) => Samples::F32(values),
         };
-        tone::luma(&Pixels { width: shape[1], height: shape[0], channels: shape[2], samples }, background)
+        core::luma(&Pixels { width: shape[1], height: shape[0], channels: shape[2], samples }, background)
     })?;
     arrays::from_field(py, field)
 }
@@ -59,7 +59,7 @@ pub(crate) fn adjust<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options.checked.clone();
     let field = arrays::field(&luma)?;
-    let tone = watch::run_core(py, move |_| Ok(tone::adjust(&field, &options)))?;
+    let tone = watch::run_core(py, move |_| Ok(core::adjust(&field, &options)))?;
     arrays::from_field(py, tone)
 }
 
@@ -68,14 +68,14 @@ pub(crate) fn adjust<'py>(
 pub(crate) fn luma_to_u8<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -> PyResult<Bound<'py, PyArray2<u8>>> {
     let field = arrays::field(&luma)?;
     let shape = [field.height(), field.width()];
-    arrays::from_rows(py, shape, py.detach(|| tone::luma_to_u8(&field)))
+    arrays::from_rows(py, shape, py.detach(|| core::luma_to_u8(&field)))
 }
 
 /// The core's own fine-grained saliency of luma, (height, width) in [0, 1].
 #[pyfunction]
 pub(crate) fn saliency<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let field = arrays::field(&luma)?;
-    let map = watch::run_core(py, move |_| Ok(fine_grained(&tone::luma_to_u8(&field), field.width(), field.height())))?;
+    let map = watch::run_core(py, move |_| Ok(fine_grained(&core::luma_to_u8(&field), field.width(), field.height())))?;
     arrays::from_field(py, map)
 }
 

@@ -1,20 +1,13 @@
 //! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
 
-use graphstipple_core::diffusion::{self, Diffusion};
-use graphstipple_core::emphasis;
-use graphstipple_core::graph::Graph;
-use graphstipple_core::importance::Importance;
-use graphstipple_core::lattice::Lattice;
-use graphstipple_core::outline::{Nodes, Shaping};
-use graphstipple_core::refine::{self as core_refine, Refinement};
-use graphstipple_core::{
-    Field, Options, components as core_components, outline as core_outline, pipeline, split as core_split, triangulation, voronoi,
-};
+use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping};
+use graphstipple_core::{Field, Importance, Options as CoreOptions};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::drawing::{RegionArrays, StippleArrays, region_arrays, stipple_arrays};
-use crate::{arrays, errors, options, watch};
+use crate::options::Options;
+use crate::{arrays, errors, watch};
 
 /// Sites (n, 2) and edges (m, 2).
 type GraphArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
@@ -31,7 +24,7 @@ pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options
     let options = options.checked.clone();
     let (sites, edges) = watch::run_core(py, move |_| {
         let density = options.budget(width as f64 * height as f64).density;
-        let graph = Lattice::new(options.lattice, width, height, density)?.to_graph();
+        let graph = Lattice::new(options.published.lattice, width, height, density)?.to_graph();
         let edges: Vec<[u32; 2]> = graph.edges().collect();
         Ok((graph.sites, edges))
     })?;
@@ -39,7 +32,7 @@ pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options
 }
 
 /// How far apart the nodes are that the options keep on the canvas of a tone, in pixels.
-fn spacing(tone: &Field, options: &Options) -> f64 {
+fn spacing(tone: &Field, options: &CoreOptions) -> f64 {
     options.budget((tone.width() * tone.height()) as f64).spacing
 }
 
@@ -52,7 +45,7 @@ pub(crate) fn emphasize<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options.checked.clone();
     let tone = arrays::field(&tone)?;
-    let emphasized = watch::run_core(py, move |_| Ok(emphasis::emphasize(&tone, spacing(&tone, &options), &options)))?;
+    let emphasized = watch::run_core(py, move |_| Ok(core::emphasize(&tone, spacing(&tone, &options), &options)))?;
     arrays::from_field(py, emphasized)
 }
 
@@ -69,8 +62,8 @@ pub(crate) fn mixed_importance<'py>(
     let (tone, map) = (arrays::field(&tone)?, arrays::field(&given)?);
     let mixed = watch::run_core(py, move |_| {
         let spacing = spacing(&tone, &options);
-        let emphasized = emphasis::emphasize(&tone, spacing, &options);
-        let importance = if is_factor { Importance::Map(map) } else { Importance::Saliency(map) };
+        let emphasized = core::emphasize(&tone, spacing, &options);
+        let importance = if is_factor { Importance::Map(map) } else { Importance::saliency(map) };
         importance.mixed(&tone, &emphasized, spacing, &options)
     })?;
     arrays::from_field(py, mixed)
@@ -85,14 +78,14 @@ pub(crate) fn lattice_labels<'py>(
 ) -> PyResult<LabelArrays<'py>> {
     let options = options.checked.clone();
     let importance = arrays::field(&importance)?;
-    let first = watch::run_core(py, move |control| pipeline::first_graph(&importance, &options, control))?;
+    let first = watch::run_core(py, move |control| core::first_graph(&importance, &options, control))?;
     Ok((arrays::from_pairs(py, first.lattice.sites())?, first.labels.into_pyarray(py), first.factor))
 }
 
 /// Samples a pixel, along one axis, for nodes of this density.
 #[pyfunction]
 pub(crate) fn samples_per_pixel(density: f64) -> usize {
-    voronoi::samples_per_pixel(density)
+    core::samples_per_pixel(density)
 }
 
 /// Areas, centroids, means of a field and sample counts of the sites' cells.
@@ -107,8 +100,7 @@ pub(crate) fn cells<'py>(
 ) -> PyResult<CellArrays<'py>> {
     let sites = arrays::pairs("sites", &sites)?;
     let field = field.as_ref().map(arrays::field).transpose()?;
-    let cells =
-        watch::run_core(py, move |control| voronoi::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
+    let cells = watch::run_core(py, move |control| core::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
     Ok((
         cells.areas.into_pyarray(py),
         arrays::from_pairs(py, cells.centroids)?,
@@ -127,7 +119,7 @@ pub(crate) fn owners<'py>(
     samples_per_pixel: usize,
 ) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let owners = watch::run_core(py, move |control| voronoi::owners(&sites, width, height, samples_per_pixel, control))?;
+    let owners = watch::run_core(py, move |control| core::owners(&sites, width, height, samples_per_pixel, control))?;
     arrays::from_rows(py, [height * samples_per_pixel, width * samples_per_pixel], owners)
 }
 
@@ -142,7 +134,7 @@ pub(crate) fn relax<'py>(
     samples_per_pixel: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let relaxed = watch::run_core(py, move |control| voronoi::relax(sites, width, height, steps, samples_per_pixel, control))?;
+    let relaxed = watch::run_core(py, move |control| core::relax(sites, width, height, steps, samples_per_pixel, control))?;
     arrays::from_pairs(py, relaxed)
 }
 
@@ -156,7 +148,7 @@ pub(crate) fn triangulate<'py>(
 ) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let sites = arrays::pairs("sites", &sites)?;
     let edges = watch::run_core(py, move |control| {
-        Ok(triangulation::triangulate(sites, width, height, control)?.graph.edges().collect::<Vec<_>>())
+        Ok(core::triangulate(sites, width, height, control)?.graph.edges().collect::<Vec<_>>())
     })?;
     arrays::from_pairs(py, edges)
 }
@@ -175,13 +167,13 @@ pub(crate) fn diffuse<'py>(
     let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
     let (values, areas) = (arrays::values(&values), areas.as_ref().map(arrays::values));
     let labels = watch::run_core(py, move |control| {
-        diffusion::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
+        core::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
     })?;
     Ok(labels.into_pyarray(py))
 }
 
 /// The graph of these edges, for stages that ask who is connected, not where: any positions will do.
-fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::error::Result<Graph> {
+fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::Result<Graph> {
     Graph::from_edges(vec![[0.0; 2]; nodes], edges)
 }
 
@@ -201,7 +193,7 @@ pub(crate) fn refine<'py>(
     let mut labels = arrays::values(&labels);
     let (labels, shift) = watch::run_core(py, move |control| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        let shift = core_refine::refine(&graph, &tones, &areas, &mut labels, &parameters, control)?;
+        let shift = core::refine(&graph, &tones, &areas, &mut labels, &parameters, control)?;
         Ok((labels, shift))
     })?;
     Ok((labels.into_pyarray(py), shift))
@@ -219,7 +211,7 @@ pub(crate) fn split<'py>(
     let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
     let labels = watch::run_core(py, move |_| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        core_split::split(&graph, &tones, &mut labels, most)?;
+        core::split(&graph, &tones, &mut labels, most)?;
         Ok(labels)
     })?;
     Ok(labels.into_pyarray(py))
@@ -235,7 +227,7 @@ pub(crate) fn components<'py>(
     let (edges, labels) = (arrays::pairs("edges", &edges)?, arrays::values(&labels));
     let ids = watch::run_core(py, move |_| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        Ok(core_components::components(&graph, &labels).ids)
+        Ok(core::components(&graph, &labels).ids)
     })?;
     Ok(ids.into_pyarray(py))
 }
@@ -258,12 +250,12 @@ pub(crate) fn outline<'py>(
         return Err(errors::invalid(format!("there are {} labels for {} sites", labels.len(), sites.len())));
     }
     let drawing = watch::run_core(py, move |control| {
-        let triangulation = triangulation::triangulate(sites, size.0, size.1, control)?;
-        let components = core_components::components(&triangulation.graph, &labels);
+        let triangulation = core::triangulate(sites, size.0, size.1, control)?;
+        let components = core::components(&triangulation.graph, &labels);
         let shaping = Shaping::of(&options);
         let nodes = Nodes { labels: &labels, areas: &areas, tones: tones.as_deref() };
-        let outlines = core_outline::outline(&triangulation, nodes, &components, size, shaping, control)?;
-        Ok(outlines.drawing)
+        let outlines = core::outline(&triangulation, nodes, &components, size, shaping, control)?;
+        core::assemble(outlines.parts)
     })?;
     let regions = (0..drawing.regions.len()).map(|index| region_arrays(py, &drawing, index)).collect::<PyResult<_>>()?;
     Ok((stipple_arrays(py, &drawing)?, regions))

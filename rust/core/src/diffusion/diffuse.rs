@@ -72,7 +72,7 @@ mod tests {
             let alpha = match p.alpha {
                 Alpha::Constant(alpha) => alpha,
                 Alpha::Dynamic => p.base + p.detail_gain * (start - mean).abs(),
-                Alpha::Tonal => p.base * tonal_share(start),
+                Alpha::Tonal => p.shading * tonal_share(start),
             };
             if p.order == Order::Rows && 3 * row.iter().filter(|j| **j < i).count() < row.len() {
                 current[i] += 0.5 * f64::from(noise(i as u64)) * alpha;

@@ -48,7 +48,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "style",
         value_name: "STYLE",
-        sentence: "How a vector file expresses the picture: disjoint areas with holes, or black over white over black",
+        sentence: "Disjoint areas with holes (flat), or black over white over black (layered)",
         default: "flat",
         allowed: "\"flat\" or \"layered\"",
         is_size: false,
@@ -59,8 +59,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "inks",
         value_name: "INKS",
-        sentence: "What a flat vector file is drawn with: black on white paper, white on black paper, or both",
-        default: "black, or what the preset suggests",
+        sentence: "What a flat vector file is drawn with: black, white (on black paper) or both",
+        default: "black, or as the preset suggests",
         allowed: "\"black\", \"white\" or \"both\"",
         is_size: false,
         is_refused_elsewhere: false,
@@ -81,8 +81,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "width",
         value_name: "LENGTH",
-        sentence: "Width of the drawing without margins: a number with mm, cm, in, pt or px, px by itself",
-        default: "what fits the page, or a px (1/96 inch; in pixels a pixel) for each of the photo's pixels",
+        sentence: "Width without margins, in mm, cm, in, pt or px",
+        default: "what fits the page, or a px for a pixel",
         allowed: LENGTH,
         is_size: true,
         is_refused_elsewhere: false,
@@ -103,7 +103,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "page",
         value_name: "PAGE",
-        sentence: "Sheet with the drawing in its middle: A3 to A6, letter, legal, tabloid, or a size such as 300x200mm",
+        sentence: "Sheet: A3 to A6, letter, legal, tabloid, or a size such as 300x200mm",
         default: "the drawing and its margins",
         allowed: "\"A3\", \"A4\", \"A5\", \"A6\", \"letter\", \"legal\", \"tabloid\", or width x height such as \"300x200mm\"",
         is_size: true,
@@ -117,8 +117,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "dpi",
         value_name: "NUMBER",
-        sentence: "Pixels per inch, 1 to 10000",
-        default: "300 where the width or the page has another unit than px",
+        sentence: "Pixels per inch",
+        default: "300 on paper",
         allowed: "between 1 and 10000 pixels per inch",
         is_size: true,
         is_refused_elsewhere: true,

@@ -244,7 +244,6 @@ mod tests {
         let layout = Layout { width: Some("400in".parse().unwrap()), ..Layout::default() };
         let pdf = to_pdf(&samples::nested(), &Export { layout, ..Export::default() }).unwrap();
         assert!(text_of(&pdf).contains("/MediaBox [0 0 14400 10800]") && text_of(&pdf).contains("/UserUnit 2"));
-        assert!(to_pdf(&samples::nested(), &Export { style: Style::Layered, inks: Inks::White, ..Export::default() }).is_err());
     }
 
     #[test]

@@ -216,7 +216,7 @@ mod tests {
         let graph = lattice(80, 80);
         let tones: Vec<f32> = (0..graph.sites.len()).map(|i| 0.55 + 0.3 * (i * i % 101) as f32 / 101.0).collect();
         let before =
-            diffuse(&graph, &tones, None, &Diffusion { base: 0.3, ..Diffusion::of_tone(&Options::default()) }, &Control::new())
+            diffuse(&graph, &tones, None, &Diffusion { shading: 0.3, ..Diffusion::of_tone(&Options::default()) }, &Control::new())
                 .unwrap();
         let mut labels = before.clone();
         split(&graph, &tones, &mut labels, 4).unwrap();

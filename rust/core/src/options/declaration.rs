@@ -131,10 +131,16 @@ pub struct Declaration {
 }
 
 impl Declaration {
-    /// What it does, in one sentence without its full stop.
-    pub fn sentence(&self) -> String {
+    /// What it does.
+    pub fn description(&self) -> String {
         let words: Vec<&str> = self.lines.split_whitespace().collect();
-        words.join(" ").trim_end_matches('.').to_owned()
+        words.join(" ")
+    }
+
+    /// The first sentence of what it does, without its full stop.
+    pub fn sentence(&self) -> String {
+        let description = self.description();
+        description.split_once(". ").map_or(description.trim_end_matches('.'), |(first, _)| first).to_owned()
     }
 
     /// As messages name it: a field of [`super::Published`] with the name of its group before it.

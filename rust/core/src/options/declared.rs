@@ -5,7 +5,7 @@
 //! A declaration reads:
 //!
 //! ```text
-//! /// What it does, in one sentence: for the help, Python and the documentation.
+//! /// What it does, in one sentence for the help. More of it, for Python and the documentation.
 //! name: Type = default (in `Published` also the paper's), what it takes, "unit", Group, audience, [stages that use it];
 //!     absent "its word on the command line", "what it means to leave it out";
 //!     when |options, stage| whether it matters to the stage;
@@ -29,62 +29,65 @@ const MAX_SEED: u64 = 1 << 53;
 declare! {
     /// Everything that shapes a drawing besides the photo and the importance.
     Options {
-        /// How many nodes to keep, within 1 %: more nodes make a finer drawing.
+        /// Nodes to keep, within 1 %: more make a finer drawing.
         nodes: Option<u64> = None, Whole(3, MOST_NODES), "nodes", Nodes, Everyday, [Emphasis, FirstGraph];
-            absent "auto", "0.3 a pixel, at most 300,000; none with density";
-        /// Factor on the default number of nodes: below 1 larger shapes, above 1 finer ones.
+            absent "auto", "0.3 a pixel, at most 300,000";
+        /// Factor on the default number of nodes: above 1 finer, below 1 bolder.
         fineness: f64 = 1.0, UpTo(16.0), "", Nodes, Everyday, [Emphasis, FirstGraph];
-        /// How many nodes to keep for every pixel: another way to say nodes.
+        /// Nodes to keep for every pixel: another way to say nodes.
         nodes_per_pixel: Option<f64> = None, UpTo(16.0), "nodes per pixel", Nodes, Further, [Emphasis, FirstGraph];
             absent "auto", "see nodes";
-        /// Share of the photo's own detail in the importance, against saliency (or, with a map of one's own, against 1).
+        /// Share of the photo's own detail in the importance. The rest is saliency, or 1 with a map of one's own.
         detail: f64 = 0.95, Within(0.0, 1.0), "", Nodes, Everyday, [Importance];
-        /// The least importance, before midtones: no part of the photo is left without nodes.
+        /// The least importance: no part of the photo is left without nodes. It comes before midtones.
         floor: f64 = 0.07, Within(0.0, 1.0), "", Nodes, Further, [Importance];
         /// By how much less important black and white are than middle grey.
         midtones: f64 = 0.8, Within(0.0, 1.0), "", Nodes, Further, [Importance];
         /// Lloyd steps that even out the kept nodes.
         relax: u32 = 1, Whole(0, 100), "steps", Nodes, Further, [SecondGraph];
 
-        /// Share of the error that middle tones pass on: more makes dots, less makes shapes.
+        /// Error passed on in middle tones: more makes dots, less makes shapes. The alpha that is called tonal: none at black and white.
         shading: f64 = 0.15, Within(0.0, 1.0), "", Shapes, Everyday, [FirstGraph, Labels];
             when |options, stage| options.published.alpha_of(stage) == Alpha::Tonal;
-        /// Data weight, a node's own tone: more makes crisper shapes, less keeps the tone of small parts.
+        /// Data weight: more makes crisper shapes. How much a node's own tone counts in the refinement of labels; less keeps the tone of
+        /// small parts.
         crispness: f64 = 1.9, Within(0.0, 100.0), "", Shapes, Everyday, [Labels];
             when |options, _| options.refine > 0;
-        /// Smoothness weight, the neighbours' labels: more makes larger shapes with smoother contours.
+        /// Smoothness weight: more makes larger shapes. How much the neighbours' labels count in the refinement; more makes smoother
+        /// contours too.
         cohesion: f64 = 0.2, Within(0.0, 100.0), "", Shapes, Everyday, [Labels];
             when |options, _| options.refine > 0;
         /// Emphasis of details as fine as the nodes.
         sharpen: f64 = 2.5, Within(0.0, 100.0), "", Shapes, Everyday, [Emphasis];
         /// Emphasis of details three times as coarse.
         local_contrast: f64 = 1.5, Within(0.0, 100.0), "", Shapes, Everyday, [Emphasis];
-        /// How far the drawing's mean may be from the photo's before the labels are moved towards it.
+        /// How far the mean may be from the photo's. Beyond that the refinement moves all labels towards it.
         tone_tolerance: Option<f64> = Some(0.014), Within(0.0, 1.0), "", Shapes, Everyday, [Labels];
             absent "off", "the mean is left as it comes";
             when |options, _| options.refine > 0;
-        /// How far a contour may lie from the one through all crossings: more means fewer points, 0 keeps every one.
+        /// How far a contour may be simplified: more means fewer points. It is the distance from the contour through all crossings, of
+        /// which 0 keeps every one.
         tolerance: f64 = 0.5, Within(0.0, 2.0), "pixels", Shapes, Everyday, [Outlines];
-        /// Sweeps of the refinement of labels at most; 0 leaves them as diffused, whatever their mean.
+        /// Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean.
         refine: u32 = 12, Whole(0, 100), "sweeps", Shapes, Further, [Labels];
-        /// Dots that fused by chance, up to so many together, are taken apart where there is room; below 2 none are.
+        /// Dots that fused by chance, up to so many, are taken apart where there is room. Below 2 none are.
         split: u32 = 4, Whole(0, 12), "nodes", Shapes, Further, [Labels];
 
         /// Area of a stipple relative to its node's cell.
         stipple_scale: f64 = 1.0, UpTo(4.0), "", Stipples, Everyday, [Outlines];
-        /// Least radius of a stipple where the triangles around its node have room for it.
+        /// Least radius of a stipple where there is room for it. The room is the triangles around its node.
         stipple_min: f64 = 0.0, Within(0.0, 1000.0), "pixels", Stipples, Everyday, [Outlines];
-        /// Largest radius of a stipple, not below stipple_min.
+        /// Largest radius of a stipple. It may not be below stipple_min.
         stipple_max: Option<f64> = None, UpTo(1000.0), "pixels", Stipples, Everyday, [Outlines];
-            absent "auto", "as large as its cell asks for";
-        /// How far stipples are from round, as if made by hand; above 0 they are paths and count as regions.
+            absent "auto", "as its cell asks for";
+        /// How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions.
         irregularity: f64 = 0.0, Within(0.0, 1.0), "", Stipples, Everyday, [Outlines];
         /// Which of the irregular shapes stipples have.
         seed: u64 = 0, Whole(0, MAX_SEED), "", Stipples, Everyday, [Outlines];
 
-        /// Takes the tone in linear light: white then reflects as much light as the photo's grey on a screen.
+        /// Takes the tone in linear light. White then reflects as much light as the photo's grey on a screen.
         linear: bool = false, Switch, "", Tones, Everyday, [Tone];
-        /// Brightens above 1, darkens below: the tone is raised to the power 1 / gamma.
+        /// Brightens above 1, darkens below. The tone is raised to the power 1 / gamma.
         gamma: f64 = 1.0, Within(0.1, 10.0), "", Tones, Everyday, [Tone];
         /// Factor on the tone's distance from middle grey.
         contrast: f64 = 1.0, Within(0.0, 10.0), "", Tones, Everyday, [Tone];
@@ -103,12 +106,12 @@ declare! {
         /// First graph: six or four neighbours a node.
         lattice: LatticeKind = LatticeKind::Hexagonal, LatticeKind::Hexagonal,
             Words(LatticeKind::WORDS), "", Method, Further, [FirstGraph];
-        /// Lattice nodes per pixel; given without a number of nodes, the importance decides how many are kept.
+        /// Lattice nodes per pixel. Given without a number of nodes, the importance decides how many are kept.
         density: Option<f64> = None, Some(1.0), UpTo(16.0), "nodes per pixel", Method, Further, [Emphasis, FirstGraph];
             absent "auto", "as fine as the number of nodes needs";
-        /// Weight of the difference of values between two nodes: how much errors avoid neighbours of another value.
+        /// How much errors avoid neighbours of another value. The weight of the difference of values between two nodes.
         k1: f64 = 1.0, 1.0, Within(0.0, 1000.0), "", Method, Further, [FirstGraph, Labels];
-        /// Weight of the distance between two nodes: how much errors avoid neighbours far away.
+        /// How much errors avoid neighbours far away. The weight of the distance between two nodes.
         k2: f64 = 0.1, 0.1, Within(0.0, 1000.0), "per pixel", Method, Further, [FirstGraph, Labels];
         /// Dynamic alpha where there is no detail.
         base: f64 = 0.5, 0.5, Within(0.0, 1.0), "", Method, Further, [FirstGraph, Labels];
@@ -119,20 +122,20 @@ declare! {
         /// Radius of the local mean that dynamic alpha measures detail against.
         hops: u32 = 1, 1, Whole(1, 16), "hops", Method, Further, [FirstGraph, Labels];
             when |options, stage| options.published.alpha_of(stage) == Alpha::Dynamic;
-        /// Share of the error passed on while nodes are chosen: a number, tonal (see alpha) or dynamic (the paper's).
+        /// Share of the error passed on while nodes are chosen. A number, tonal (see alpha) or dynamic (the paper's).
         importance_alpha: Alpha = Alpha::Constant(1.0), Alpha::Dynamic,
             WordsOrWithin(Alpha::WORDS, 0.0, 1.0), "", Method, Further, [FirstGraph];
-        /// Share of the error passed on while nodes turn black or white: tonal (see shading), dynamic (the paper's), 0 (threshold) to
-        /// 1 (halftone).
+        /// Share of the error passed on while nodes turn black or white. Tonal (see shading), dynamic (the paper's), or a number from 0
+        /// (threshold) to 1 (halftone).
         alpha: Alpha = Alpha::Tonal, Alpha::Dynamic, WordsOrWithin(Alpha::WORDS, 0.0, 1.0), "", Method, Further, [Labels];
-        /// Order in which nodes are chosen: row by row, or one order by priority over all nodes (the paper's).
+        /// Order in which nodes are chosen. Row by row, or one order by priority over all nodes (the paper's).
         importance_order: Order = Order::Rows, Order::Global, Words(Order::WORDS), "", Method, Further, [FirstGraph];
-        /// Order in which nodes turn black or white, likewise; without refinement, global keeps more of the photo's structure.
+        /// Order in which nodes turn black or white. Without refinement, global (the paper's) keeps more of the photo's structure.
         order: Order = Order::Rows, Order::Global, Words(Order::WORDS), "", Method, Further, [Labels];
-        /// How an error counts between cells of different areas: by area, or its bare value (the paper's).
+        /// How an error counts between cells of different areas. By area, or its bare value (the paper's).
         error_weighting: ErrorWeighting = ErrorWeighting::Area, ErrorWeighting::Value,
             Words(ErrorWeighting::WORDS), "", Method, Further, [Labels];
-        /// Where contours cross edges between nodes: where the tone passes middle grey, or at the midpoint (the paper's).
+        /// Where contours cross edges between nodes. Where the tone passes middle grey, or at the midpoint (the paper's).
         crossings: Crossings = Crossings::Tone, Crossings::Midpoint, Words(Crossings::WORDS), "", Method, Further, [Outlines];
     }
 }

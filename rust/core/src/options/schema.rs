@@ -59,7 +59,7 @@ fn property(declaration: &Declaration, defaults: &Options) -> Map<String, Value>
         (last, _) => Map::from_iter([("anyOf".to_owned(), forms.into_iter().chain(last).collect())]),
     };
     let mut say = |key: &str, value: Value| property.insert(key.to_owned(), value);
-    say("description", declaration.sentence().into());
+    say("description", declaration.description().into());
     say("default", (&declaration.value(defaults)).into());
     say("x-group", declaration.group.title().into());
     say("x-everyday", (declaration.audience == super::Audience::Everyday).into());
