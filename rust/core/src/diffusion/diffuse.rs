@@ -7,7 +7,7 @@ use crate::diffusion::task::Task;
 use crate::graph::{Adjacency, check_areas, check_finite, check_one_a_node};
 use crate::options::Order;
 
-/// A label for every node: 0 black, 1 white. With `areas`, the areas of the nodes' cells in px^2, errors are carried by area
+/// A label for every node: 0 black, 1 white. With `areas`, the areas of the nodes' cells in px^2, errors are weighted by area
 /// ([`crate::stages::ErrorWeighting`]).
 ///
 /// # Errors
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_carried_by_area_keep_the_tone_where_small_cells_meet_large_ones() {
+    fn errors_weighted_by_area_keep_the_tone_where_small_cells_meet_large_ones() {
         // A node of 1 px^2 and its only neighbour of 4: what the first makes too light darkens the second by a quarter of it.
         let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0]], &[[0, 1]]).unwrap();
         let p = of_order(Order::Global);

@@ -9,13 +9,13 @@
 //!   six times the error.
 //! - The printed condition of the alpha rule, sign(e) = sign(I0 - 0.5), makes alpha 0 for every node whose value is in range.
 //!   The rule here asks on which side of 0.5 the *label* fell.
-//! - The local mean is over one ring by default; the paper says only "local average intensity".
+//! - The local mean is over one hop by default; the paper says only "local average intensity".
 //! - Distances are in pixels.
 //!
 //! # Ours
 //! - The paper's alpha jumps with the side of the label and keeps dots in the lightest and darkest tones, where a drawing should be
 //!   clean. [`tonal_share`] is continuous and depends on the node's own value alone.
-//! - Where small cells meet large ones, an error carried as a value does not keep the tone; carried by area it does.
+//! - Where small cells meet large ones, an error that counts by its value does not keep the tone; weighted by area it does.
 //! - One order over all nodes is serial, and jumps about in memory. With [`crate::stages::Order::Rows`] nodes are labelled one
 //!   after the other, in bands side by side. They are numbered row by row, so that errors go on downwards. Each band starts some
 //!   rows before its own, whose labels are forgotten, and so has the errors that come from there; what its last nodes pass on
@@ -37,4 +37,4 @@ pub(crate) use diffuse::check_input;
 pub use diffuse::diffuse;
 pub use parameters::{Diffusion, tonal_share};
 pub(crate) use rows::band_size;
-pub(crate) use weights::{Open, Rings, weigh};
+pub(crate) use weights::{Open, LocalMean, weigh};

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use crate::base::Result;
 use crate::diffusion::task::{Task, UNLABELLED};
-use crate::diffusion::weights::{Open, Rings, area_ratio, weigh};
+use crate::diffusion::weights::{Open, LocalMean, area_ratio, weigh};
 use crate::graph::Adjacency;
 
 /// Nodes labelled between two looks at the cancellation flag: a few milliseconds of work.
@@ -18,7 +18,7 @@ impl<G: Adjacency> Task<'_, G> {
         let &Self { graph, values, areas, parameters, .. } = self;
         let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
         let mut queue = PriorityQueue::new(&mut nodes);
-        let mut rings = Rings::of_radius(parameters.hops);
+        let mut local_mean = LocalMean::of_radius(parameters.hops);
         let mut open: Vec<Open> = Vec::with_capacity(16);
         let mut labelled = 0;
 
@@ -50,7 +50,7 @@ impl<G: Adjacency> Task<'_, G> {
             if open.is_empty() {
                 continue;
             }
-            let alpha = self.share_of(number, &mut rings);
+            let alpha = self.share_of(number, &mut local_mean);
             if alpha == 0.0 {
                 continue;
             }

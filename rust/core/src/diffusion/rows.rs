@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::base::{Result, noise};
 use crate::diffusion::task::{Task, UNLABELLED};
-use crate::diffusion::weights::{Open, Rings, area_ratio, weigh};
+use crate::diffusion::weights::{Open, LocalMean, area_ratio, weigh};
 use crate::graph::Adjacency;
 
 /// Nodes of a band at least: below, threads cost more than they bring.
@@ -43,14 +43,14 @@ impl<G: Adjacency> Task<'_, G> {
         let &Self { graph, values, areas, parameters, .. } = self;
         let tried = first.saturating_sub(warm_up)..first + labels.len();
         let mut received = vec![0.0; tried.len()];
-        let mut rings = Rings::of_radius(parameters.hops);
+        let mut local_mean = LocalMean::of_radius(parameters.hops);
         let mut open: Vec<Open> = Vec::with_capacity(16);
         for number in tried.clone() {
             let start = f64::from(values[number]);
             let mut current = start + received[number - tried.start];
             if first == 0 && self.is_at_the_top(number) {
                 // No row has passed errors on to it: what they might be.
-                current += 0.5 * f64::from(noise(number as u64)) * self.share_of(number, &mut rings);
+                current += 0.5 * f64::from(noise(number as u64)) * self.share_of(number, &mut local_mean);
             }
             let label = u8::from(current >= 0.5);
             if number >= first {
@@ -60,7 +60,7 @@ impl<G: Adjacency> Task<'_, G> {
             if error == 0.0 || !parameters.passes_on(start, label) {
                 continue;
             }
-            let alpha = self.share_of(number, &mut rings);
+            let alpha = self.share_of(number, &mut local_mean);
             if alpha == 0.0 {
                 continue;
             }

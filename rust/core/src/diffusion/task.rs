@@ -2,7 +2,7 @@
 
 use crate::base::Control;
 use crate::diffusion::parameters::Diffusion;
-use crate::diffusion::weights::Rings;
+use crate::diffusion::weights::LocalMean;
 use crate::graph::Adjacency;
 
 /// Stands for "no label yet".
@@ -19,7 +19,7 @@ pub(super) struct Task<'a, G> {
 
 impl<G: Adjacency> Task<'_, G> {
     /// The share of its error that a node passes on.
-    pub(super) fn share_of(&self, number: usize, rings: &mut Rings) -> f64 {
-        self.parameters.share(f64::from(self.values[number]), || rings.mean(self.graph, self.values, number))
+    pub(super) fn share_of(&self, number: usize, local_mean: &mut LocalMean) -> f64 {
+        self.parameters.share(f64::from(self.values[number]), || local_mean.mean(self.graph, self.values, number))
     }
 }

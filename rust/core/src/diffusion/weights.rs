@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::diffusion::parameters::Diffusion;
 use crate::graph::Adjacency;
 
-/// The most that an error grows when it is carried from a large cell to a small one.
+/// The most that an error grows when it is weighted by area, from a large cell to a small one.
 pub(super) const MOST_AREA_RATIO: f64 = 16.0;
 
 /// An unlabelled neighbour of the node that is labelled.
@@ -49,16 +49,16 @@ pub(super) fn area_ratio(from: f64, to: f64) -> f64 {
     if from == to { 1.0 } else { (from / to).min(MOST_AREA_RATIO) }
 }
 
-/// The mean of starting values over a node and some rings of neighbours.
+/// The mean of starting values over a node and those within some hops of it.
 #[derive(Default)]
-pub(crate) struct Rings {
+pub(crate) struct LocalMean {
     radius: u32,
     /// The nodes reached so far, in order, and as a set.
     reached: Vec<usize>,
     seen: HashSet<usize>,
 }
 
-impl Rings {
+impl LocalMean {
     pub(crate) fn of_radius(radius: u32) -> Self {
         Self { radius, ..Self::default() }
     }
@@ -77,16 +77,16 @@ impl Rings {
         self.seen.clear();
         self.reached.push(center);
         self.seen.insert(center);
-        let mut ring = 0..1;
+        let mut hop = 0..1;
         for _ in 0..self.radius {
-            for k in ring.clone() {
+            for k in hop.clone() {
                 graph.for_each_neighbor(self.reached[k], |neighbor, _| {
                     if self.seen.insert(neighbor) {
                         self.reached.push(neighbor);
                     }
                 });
             }
-            ring = ring.end..self.reached.len();
+            hop = hop.end..self.reached.len();
         }
         self.reached.iter().map(|node| f64::from(values[*node])).sum::<f64>() / self.reached.len() as f64
     }
@@ -98,9 +98,9 @@ mod tests {
     use crate::graph::Graph;
 
     #[test]
-    fn more_rings_reach_further() {
+    fn more_hops_reach_further() {
         let graph = Graph::from_edges(vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[[0, 1], [1, 2]]).unwrap();
-        let mean = |radius| Rings { radius, ..Rings::default() }.mean(&graph, &[0.0, 0.5, 1.0], 0);
+        let mean = |radius| LocalMean { radius, ..LocalMean::default() }.mean(&graph, &[0.0, 0.5, 1.0], 0);
         assert_eq!([mean(1), mean(2)], [0.25, 0.5]);
     }
 }

@@ -6,8 +6,10 @@
 //!
 //! `crispness (tone - 0.5) + mean(tone_j - label_j) + cohesion mean(label_j - 0.5) + shift > 0`,
 //!
-//! means over the neighbours j. The first term draws what the tone says, as a threshold would; the second keeps the tone around the
-//! node, as diffusion does, and spaces dots evenly; the third closes holes and straightens boundaries. A dot by itself, among
+//! means over the neighbours j. This is iterated conditional modes (Besag 1986) on an energy with a data term, of weight `crispness`,
+//! and a smoothness term, of weight `cohesion`, updated in Gauss-Seidel order: each node sees the labels that those before it have
+//! just got. The first term draws what the tone says, as a threshold would; the second keeps the tone around the
+//! node, as diffusion does, and spaces dots evenly; the third closes holes and straightens contours. A dot by itself, among
 //! neighbours of the other label, stays: diffusion has put it there for a tone that reaches beyond the neighbours.
 //!
 //! The shift is nearly the same for all nodes, and follows the mean: after every sweep over the nodes it moves by what the drawing is too
@@ -25,9 +27,9 @@ use crate::options::Options;
 pub struct Refinement {
     /// Sweeps over the nodes at most; 0 refines nothing.
     pub sweeps: u32,
-    /// Weight of a node's own tone.
+    /// Data weight: that of a node's own tone.
     pub crispness: f64,
-    /// Weight of the neighbours' labels.
+    /// Smoothness weight: that of the neighbours' labels.
     pub cohesion: f64,
     /// The mean that the labels should have, weighted by area, and how far from it they may be; `None`: as it comes.
     pub mean: Option<(f64, f64)>,

@@ -1,4 +1,4 @@
-//! Contours: the boundaries between components, each as the graph's edges that it crosses (a *chain*), black on its left.
+//! Contours: the boundaries between components, each as the graph's edges that it crosses (a *contour*), black on its left.
 
 use std::ops::Range;
 
@@ -9,34 +9,34 @@ use crate::graph::{Beside, Components, Triangulation};
 
 /// A boundary between two components.
 #[derive(Debug)]
-pub(super) struct Chain {
+pub(super) struct Contour {
     /// The component on its left.
     pub(super) black: u32,
     /// The component on its right.
     pub(super) white: u32,
-    /// For an open chain, the sides of the frame on which it begins and ends.
+    /// For an open contour, the sides of the frame on which it begins and ends.
     pub(super) ends: Option<[Side; 2]>,
-    /// Its crossing edges, in order: which of [`Chains::edges`].
+    /// Its crossing edges, in order: which of [`Contours::edges`].
     pub(super) edges: (usize, Range<usize>),
 }
 
-pub(super) struct Chains {
-    pub(super) chains: Vec<Chain>,
+pub(super) struct Contours {
+    pub(super) contours: Vec<Contour>,
     /// Crossing edges as (black node, white node), those of each part of the nodes.
     edges: Vec<Vec<[u32; 2]>>,
 }
 
-impl Chains {
-    pub(super) fn edges(&self, chain: &Chain) -> &[[u32; 2]] {
-        let (part, range) = &chain.edges;
+impl Contours {
+    pub(super) fn edges(&self, contour: &Contour) -> &[[u32; 2]] {
+        let (part, range) = &contour.edges;
         &self.edges[*part][range.clone()]
     }
 }
 
-/// Finds all chains: open ones first, then closed ones, each in the order of the edges that they begin with. A closed chain begins
+/// Finds all contours: open ones first, then closed ones, each in the order of the edges that they begin with. A closed contour begins
 /// with the first of its edges, so every thread finds those that begin in its part of the nodes, of which `size` make one. The
-/// chains do not depend on it.
-pub(super) fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components, size: usize) -> Result<Chains> {
+/// contours do not depend on it.
+pub(super) fn trace(triangulation: &Triangulation, labels: &[u8], components: &Components, size: usize) -> Result<Contours> {
     let count = labels.len();
     let parts = (0..count.div_ceil(size)).into_par_iter().map(|part| {
         let nodes = part * size..((part + 1) * size).min(count);
@@ -45,14 +45,14 @@ pub(super) fn trace(triangulation: &Triangulation, labels: &[u8], components: &C
         let closed = tracer.find_closed()?;
         Ok((open, closed, tracer.edges))
     });
-    let mut found = Chains { chains: Vec::new(), edges: Vec::new() };
+    let mut found = Contours { contours: Vec::new(), edges: Vec::new() };
     let mut all_closed = Vec::new();
     for (open, closed, edges) in parts.collect::<Result<Vec<_>>>()? {
-        found.chains.extend(open);
+        found.contours.extend(open);
         all_closed.push(closed);
         found.edges.push(edges);
     }
-    found.chains.extend(all_closed.into_iter().flatten());
+    found.contours.extend(all_closed.into_iter().flatten());
     Ok(found)
 }
 
@@ -62,7 +62,7 @@ pub(super) const LEAST_PART: usize = 1 << 14;
 /// Some parts have more boundaries than others: with several each, threads end together.
 pub(super) const PARTS_A_THREAD: usize = 4;
 
-/// Finds the chains that begin in one part of the nodes.
+/// Finds the contours that begin in one part of the nodes.
 struct Tracer<'a> {
     triangulation: &'a Triangulation,
     labels: &'a [u8],
@@ -89,10 +89,10 @@ impl<'a> Tracer<'a> {
         Self { triangulation, labels, components, part, nodes, slots, visited, edges: Vec::new() }
     }
 
-    /// The open chains.
-    fn find_open(&mut self) -> Result<Vec<Chain>> {
+    /// The open contours.
+    fn find_open(&mut self) -> Result<Vec<Contour>> {
         let graph = &self.triangulation.graph;
-        let mut chains = Vec::new();
+        let mut contours = Vec::new();
         // Those begin at an edge from a black node with the frame on its right: on the left of the same edge the other way.
         let mut nodes: Vec<usize> = (self.triangulation.at_frame(self.slots.clone()))
             .map(|slot| graph.offsets.partition_point(|offset| *offset as usize <= slot) - 1)
@@ -111,16 +111,16 @@ impl<'a> Tracer<'a> {
                 let Walked::ToFrame(end) = self.walk(first, [black as u32, white], true)? else {
                     return Err(Error::Internal("a boundary has one end only".into()));
                 };
-                chains.push(self.chain(start, Some([begin, end])));
+                contours.push(self.contour(start, Some([begin, end])));
             }
         }
-        Ok(chains)
+        Ok(contours)
     }
 
-    /// The closed chains, after the open ones.
-    fn find_closed(&mut self) -> Result<Vec<Chain>> {
+    /// The closed contours, after the open ones.
+    fn find_closed(&mut self) -> Result<Vec<Contour>> {
         let graph = &self.triangulation.graph;
-        let mut chains = Vec::new();
+        let mut contours = Vec::new();
         for black in self.nodes.clone().filter(|i| self.labels[*i] == 0) {
             for first in graph.offsets[black] as usize..graph.offsets[black + 1] as usize {
                 let white = graph.neighbors[first];
@@ -129,22 +129,22 @@ impl<'a> Tracer<'a> {
                 }
                 let start = self.edges.len();
                 match self.walk(first, [black as u32, white], false)? {
-                    Walked::Around => chains.push(self.chain(start, None)),
+                    Walked::Around => contours.push(self.contour(start, None)),
                     // It begins in another part.
                     Walked::ToFrame(_) | Walked::FromElsewhere => self.edges.truncate(start),
                 }
             }
         }
-        Ok(chains)
+        Ok(contours)
     }
 
-    /// The chain of the edges from one on.
-    fn chain(&self, start: usize, ends: Option<[Side; 2]>) -> Chain {
+    /// The contour of the edges from one on.
+    fn contour(&self, start: usize, ends: Option<[Side; 2]>) -> Contour {
         let [black, white] = self.edges[start].map(|node| self.components.ids[node as usize]);
-        Chain { black, white, ends, edges: (self.part, start..self.edges.len()) }
+        Contour { black, white, ends, edges: (self.part, start..self.edges.len()) }
     }
 
-    /// Walks along a chain from one of its edges, and writes down what it crosses. One that may be closed is left as soon as an edge
+    /// Walks along a contour from one of its edges, and writes down what it crosses. One that may be closed is left as soon as an edge
     /// comes before its first, or was walked along already: then it began there.
     fn walk(&mut self, first: usize, mut edge: [u32; 2], open: bool) -> Result<Walked> {
         let mut slot = first;
@@ -171,12 +171,12 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// How walking along a chain ended.
+/// How walking along a contour ended.
 enum Walked {
     /// Back where it began.
     Around,
     ToFrame(Side),
-    /// Where it is known that the chain begins elsewhere.
+    /// Where it is known that the contour begins elsewhere.
     FromElsewhere,
 }
 
@@ -199,12 +199,12 @@ mod tests {
         let labels: Vec<u8> = triangulation.graph.sites.iter().map(|site| u8::from(side(*site) > 0.1)).collect();
         let components = components(&triangulation.graph, &labels);
         let found = |size: usize| {
-            let chains = trace(&triangulation, &labels, &components, size).unwrap();
-            let sides = |chain: &Chain| (chain.black, chain.white, chain.ends, chains.edges(chain).to_vec());
-            chains.chains.iter().map(sides).collect::<Vec<_>>()
+            let contours = trace(&triangulation, &labels, &components, size).unwrap();
+            let sides = |contour: &Contour| (contour.black, contour.white, contour.ends, contours.edges(contour).to_vec());
+            contours.contours.iter().map(sides).collect::<Vec<_>>()
         };
         let whole = found(2000);
-        assert!(whole.iter().any(|chain| chain.2.is_some()) && whole.iter().filter(|chain| chain.2.is_none()).count() > 5);
+        assert!(whole.iter().any(|contour| contour.2.is_some()) && whole.iter().filter(|contour| contour.2.is_none()).count() > 5);
         for size in [1, 30, 777] {
             assert_eq!(found(size), whole);
         }

@@ -1,7 +1,7 @@
-//! Outlines: from the points in which a chain crosses the graph's edges to the curve that is drawn.
+//! Outlines: from the points in which a contour crosses the graph's edges to the curve that is drawn.
 //!
 //! # The idea
-//! The smoothed chain is a uniform quadratic B-spline whose control points are the chain's crossings (the midpoints of its crossing
+//! The smoothed contour is a uniform quadratic B-spline whose control points are the contour's crossings (the midpoints of its crossing
 //! edges, or other points on them); its pieces join in the middle between two crossings. That is the full outline, which tolerance
 //! 0 draws. With a tolerance it is drawn with fewer points (see [`super::simplify`]). Each curve is made once and shared by both
 //! sides, so neighbours always fit.
@@ -13,7 +13,7 @@ use crate::outlines::simplify::Simplifier;
 use crate::outlines::sleeve::{CrossingEdge, Sleeve};
 use crate::outlines::spline::{FINER_GRIDS, Spline, joints, snap, spacing, units_per_pixel};
 
-/// What a chain is fitted with.
+/// What a contour is fitted with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fit {
     /// How far a curve may lie from the full outline, in pixels; 0 keeps every crossing.
@@ -28,14 +28,14 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// What chains are fitted with on a canvas with so many nodes to a pixel, at a tolerance in pixels.
+    /// What contours are fitted with on a canvas with so many nodes to a pixel, at a tolerance in pixels.
     pub(super) fn new(tolerance: f64, nodes_per_pixel: f64, frame: Frame) -> Self {
         let [units, full_units] = [tolerance, 0.0].map(|tolerance| units_per_pixel(tolerance, nodes_per_pixel));
         Self { tolerance, units, full_units, spacing: spacing(nodes_per_pixel), frame }
     }
 
-    /// The curve of the chain that crosses `edges` about in the points `crossings`, with black on its left. A small closed chain
-    /// encloses `area` px^2 if it is given, or else that of its polygon of crossings. An open chain begins and ends on the given
+    /// The curve of the contour that crosses `edges` about in the points `crossings`, with black on its left. A small closed contour
+    /// encloses `area` px^2 if it is given, or else that of its polygon of crossings. An open contour begins and ends on the given
     /// sides of the frame.
     pub(super) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], area: Option<f64>, ends: Option<[Side; 2]>) -> BezPath {
         let sleeve = Sleeve::new(edges, crossings, ends, self.frame);

@@ -2,19 +2,19 @@
 //!
 //! # The idea
 //! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from a point on one of its crossing
-//! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *chains*:
+//! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *contours*:
 //! closed ones, and open ones that begin and end on the frame.
-//! A chain with black on its left is the boundary between exactly two components, so its curve (see [`super::fit`]) is made once
+//! A contour with black on its left is the boundary between exactly two components, so its curve (see [`super::fit`]) is made once
 //! and shared by both.
 //!
 //! # At the frame
-//! An open chain leaves through the edge between two sites whose cells both touch the frame, and goes straight to it, as the
+//! An open contour leaves through the edge between two sites whose cells both touch the frame, and goes straight to it, as the
 //! spline through the mirrored crossings would. So curves meet the frame at a right angle, and nothing is drawn outside.
 //!
 //! # Stipples
 //! A component of one node is a dot with the area of the node's cell, shrunk until it stays inside the star of the node's
 //! triangles, where no other curve runs. At the frame it moves in until all of it is on the canvas. A node that cuts the canvas in
-//! two (its boundary is more than one chain) is a region. With irregularity a dot is a closed curve (see [`super::irregular`]).
+//! two (its boundary is more than one contour) is a region. With irregularity a dot is a closed curve (see [`super::irregular`]).
 
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use crate::base::{Control, Frame, Ink, Result, mixed};
 use crate::graph::{Beside, Components, Triangulation, check_areas, check_finite, check_labels, check_one_a_node};
 use crate::options::Options;
-use crate::outlines::contours::{Chain, LEAST_PART, PARTS_A_THREAD, trace};
+use crate::outlines::contours::{Contour, LEAST_PART, PARTS_A_THREAD, trace};
 use crate::outlines::dots::Star;
 use crate::outlines::fit::Fit;
 use crate::outlines::irregular::irregular;
@@ -133,45 +133,45 @@ pub fn outline(
     check_finite("tone", tones.unwrap_or_default())?;
     let frame = Frame { width: width as f64, height: height as f64 };
     let part = count.div_ceil(PARTS_A_THREAD * rayon::current_num_threads()).max(LEAST_PART);
-    let chains = trace(triangulation, labels, components, part)?;
+    let contours = trace(triangulation, labels, components, part)?;
     control.report(0.3)?;
 
-    let mut chains_of = vec![0u32; components.sizes.len()];
-    for chain in &chains.chains {
-        chains_of[chain.black as usize] += 1;
-        chains_of[chain.white as usize] += 1;
+    let mut contours_of = vec![0u32; components.sizes.len()];
+    for contour in &contours.contours {
+        contours_of[contour.black as usize] += 1;
+        contours_of[contour.white as usize] += 1;
     }
-    // A dot needs something around it: one chain over two edges or more, whose far ends are then joined to each other.
-    let is_dot = |component: u32, chain: &Chain| {
-        components.sizes[component as usize] == 1 && chains_of[component as usize] == 1 && chain.edges.1.len() >= 2
+    // A dot needs something around it: one contour over two edges or more, whose far ends are then joined to each other.
+    let is_dot = |component: u32, contour: &Contour| {
+        components.sizes[component as usize] == 1 && contours_of[component as usize] == 1 && contour.edges.1.len() >= 2
     };
     let mut component_areas = vec![0.0; components.sizes.len()];
     for (component, area) in components.ids.iter().zip(cell_areas) {
         component_areas[*component as usize] += area;
     }
     // What a loop around a component without holes should enclose.
-    let enclosed = |chain: &Chain| {
-        let sides = [chain.black, chain.white].into_iter().filter(|side| chains_of[*side as usize] == 1);
+    let enclosed = |contour: &Contour| {
+        let sides = [contour.black, contour.white].into_iter().filter(|side| contours_of[*side as usize] == 1);
         sides.map(|side| component_areas[side as usize]).min_by(f64::total_cmp).filter(|_| tones.is_some())
     };
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
-    let shape_of = |chain: &Chain| -> Result<Shape> {
+    let shape_of = |contour: &Contour| -> Result<Shape> {
         control.check()?;
-        let edges = chains.edges(chain);
+        let edges = contours.edges(contour);
         let site = |node: u32| point(triangulation.graph.sites[node as usize]);
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
-        let dot = [(chain.black, chain.white), (chain.white, chain.black)].into_iter().find(|(own, _)| is_dot(*own, chain));
+        let dot = [(contour.black, contour.white), (contour.white, contour.black)].into_iter().find(|(own, _)| is_dot(*own, contour));
         let Some((own, around)) = dot else {
             let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
             let at = |[black, white]: [u32; 2]| tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
             let crossings: Vec<Point> =
                 edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
-            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, enclosed(chain), chain.ends), dot: None });
+            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, enclosed(contour), contour.ends), dot: None });
         };
-        let own_is_black = own == chain.black;
+        let own_is_black = own == contour.black;
         let node = edges[0][usize::from(!own_is_black)] as usize;
         let star =
-            Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(own_is_black)]).collect(), ends: chain.ends, frame };
+            Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(own_is_black)]).collect(), ends: contour.ends, frame };
         let units = fit.units * DOT_GRID;
         let wanted = shaping.radius(cell_areas[node], units);
         let stipple = star.dot(point(triangulation.graph.sites[node]), wanted, units, Ink::of_label(labels[node]));
@@ -184,13 +184,13 @@ pub fn outline(
         }
         Ok(Shape::Dot { stipple, own, around })
     };
-    let shapes: Vec<Result<Shape>> = chains.chains.par_iter().with_max_len(CHAINS_AT_ONCE).map(shape_of).collect();
+    let shapes: Vec<Result<Shape>> = contours.contours.par_iter().with_max_len(CONTOURS_AT_ONCE).map(shape_of).collect();
     control.report(0.8)?;
 
     let mut vertices = 0;
     let mut parts = Parts { width, height, units: fit.units, inks: vec![Ink::White; components.sizes.len()], ..Parts::default() };
     let mut drawn_as_dot = vec![false; components.sizes.len()];
-    for (chain, shape) in chains.chains.iter().zip(shapes) {
+    for (contour, shape) in contours.contours.iter().zip(shapes) {
         match shape? {
             Shape::Dot { stipple, own, around } => {
                 vertices += 1;
@@ -202,9 +202,9 @@ pub fn outline(
                     vertices += 1;
                     drawn_as_dot[own as usize] = true;
                 } else {
-                    vertices += chain.edges.1.len();
+                    vertices += contour.edges.1.len();
                 }
-                parts.curves.push((path, [chain.black, chain.white]));
+                parts.curves.push((path, [contour.black, contour.white]));
             }
         }
     }
@@ -215,11 +215,11 @@ pub fn outline(
     Ok(Outlines { parts, vertices })
 }
 
-/// Chains that a thread shapes before others can take the next: a few are thousands of edges long, so parts of all chains with the
+/// Contours that a thread shapes before others can take the next: a few are thousands of edges long, so parts of all contours with the
 /// same number of them would end far apart.
-const CHAINS_AT_ONCE: usize = 32;
+const CONTOURS_AT_ONCE: usize = 32;
 
-/// What is drawn for a chain.
+/// What is drawn for a contour.
 enum Shape {
     /// The component on one side is a dot, `around` the one on the other.
     Dot { stipple: Stipple, own: u32, around: u32 },

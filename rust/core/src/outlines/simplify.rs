@@ -18,9 +18,9 @@
 //! it bends.
 //!
 //! # Why curves never cross
-//! Every piece walks through the triangles of its own chain, one after the other (see [`super::fit`]), and leaves the triangle that
-//! it begins in. It turns by less than a right angle either way from its chord, so it meets neither the piece before nor the one
-//! behind; others are in other triangles.
+//! Every piece walks through the triangles of its own contour, one after the other (see [`super::fit`]), and leaves the triangle that
+//! it begins in. It turns by less than a right angle either way from its chord, so it meets neither the previous piece nor the next
+//! one; others are in other triangles.
 
 use std::ops::Range;
 
@@ -65,7 +65,7 @@ struct Piece {
     control: Point,
     /// Whether its control point is that of the full outline.
     is_full: bool,
-    /// The pieces before and behind; at the ends of an open outline itself.
+    /// The previous piece and the next; at the ends of an open outline itself.
     beside: [usize; 2],
 }
 
@@ -80,7 +80,7 @@ pub(super) struct Simplifier<'a> {
     sleeve: &'a Sleeve<'a>,
     /// The first is where the outline begins; others in any order, those that are no more too.
     pieces: Vec<Piece>,
-    /// Joints and middles of the full outline's pieces in turn; for a closed one with [`REACH`] pieces more before and behind.
+    /// Joints and middles of the full outline's pieces in turn; for a closed one with [`REACH`] pieces more at both ends.
     halves: Vec<Point>,
     /// The second difference of both halves of every piece, as Bezier curves: a point of one, a part s of the way, lies s (1 - s) times
     /// this before that of a straight line.
@@ -141,7 +141,7 @@ impl<'a> Simplifier<'a> {
         let mut next = Some(0);
         while let Some(i) = next {
             while self.merge(i) {}
-            next = self.next(i);
+            next = self.next_before_end(i);
         }
         self.spline()
     }
@@ -168,15 +168,15 @@ impl<'a> Simplifier<'a> {
         }
     }
 
-    /// The piece behind another, if that is not the last.
-    fn next(&self, i: usize) -> Option<usize> {
-        let behind = self.behind(i);
-        (behind != 0 && behind != i).then_some(behind)
+    /// The next piece, if that is not the last.
+    fn next_before_end(&self, i: usize) -> Option<usize> {
+        let next = self.next(i);
+        (next != 0 && next != i).then_some(next)
     }
 
     /// All pieces from begin to end.
     fn in_order(&self) -> impl Iterator<Item = usize> {
-        std::iter::successors(Some(0), |i| self.next(*i))
+        std::iter::successors(Some(0), |i| self.next_before_end(*i))
     }
 
     /// Joints and middles from where a run begins.
@@ -251,11 +251,11 @@ impl<'a> Simplifier<'a> {
         self.pieces.push(Piece { run: k..k + 1, control, is_full: true, beside: [0, 0] });
     }
 
-    fn before(&self, i: usize) -> usize {
+    fn previous(&self, i: usize) -> usize {
         self.pieces[i].beside[0]
     }
 
-    fn behind(&self, i: usize) -> usize {
+    fn next(&self, i: usize) -> usize {
         self.pieces[i].beside[1]
     }
 
@@ -281,7 +281,7 @@ impl<'a> Simplifier<'a> {
 
     /// Whether a piece is one of the full outline.
     fn is_exact(&self, i: usize) -> bool {
-        [self.before(i), i, self.behind(i)].iter().all(|k| self.pieces[*k].is_full)
+        [self.previous(i), i, self.next(i)].iter().all(|k| self.pieces[*k].is_full)
     }
 
     fn area_of(&self, i: usize) -> f64 {
@@ -295,10 +295,10 @@ impl<'a> Simplifier<'a> {
     /// Places control points so that the middles of pieces are those of their runs.
     fn relax(&mut self, pieces: &[usize]) {
         for i in pieces {
-            let Piece { is_full, ref run, beside: [before, behind], .. } = self.pieces[*i];
+            let Piece { is_full, ref run, beside: [previous, next], .. } = self.pieces[*i];
             if !is_full {
                 let middle = self.halves_from(run.start)[run.len()].to_vec2();
-                let beside = self.control(before).to_vec2() + self.control(behind).to_vec2();
+                let beside = self.control(previous).to_vec2() + self.control(next).to_vec2();
                 self.pieces[*i].control = ((middle * 8.0 - beside) / 6.0).to_point();
             }
         }
@@ -306,9 +306,9 @@ impl<'a> Simplifier<'a> {
 
     /// What moving a control point by a vector does to the area is their cross product.
     fn gain(&self, i: usize) -> Vec2 {
-        let [before, behind] = self.pieces[i].beside;
-        let [far_before, far_behind] = [self.before(before), self.behind(behind)];
-        (self.control(behind) - self.control(before)) * (5.0 / 12.0) + (self.control(far_behind) - self.control(far_before)) / 24.0
+        let [previous, next] = self.pieces[i].beside;
+        let [far_previous, far_next] = [self.previous(previous), self.next(next)];
+        (self.control(next) - self.control(previous)) * (5.0 / 12.0) + (self.control(far_next) - self.control(far_previous)) / 24.0
     }
 
     /// Moves control points outwards, or all inwards, until the area is kept.
@@ -433,9 +433,9 @@ impl<'a> Simplifier<'a> {
         let (quad, run) = (self.quad(i), &self.pieces[i].run);
         let chord = quad.p2 - quad.p0;
         // Tangents in both joints; those of the full outline are its own.
-        let [before, behind] = self.pieces[i].beside.map(|k| self.pieces[i].is_full && self.pieces[k].is_full);
-        let begin = if before { self.outline.direction(run.start) } else { quad.p1 - quad.p0 };
-        let end = if behind { self.outline.direction(run.end) } else { quad.p2 - quad.p1 };
+        let [previous, next] = self.pieces[i].beside.map(|k| self.pieces[i].is_full && self.pieces[k].is_full);
+        let begin = if previous { self.outline.direction(run.start) } else { quad.p1 - quad.p0 };
+        let end = if next { self.outline.direction(run.end) } else { quad.p2 - quad.p1 };
         if !(begin.dot(chord) > 0.0 && end.dot(chord) > 0.0) {
             return false;
         }
@@ -463,8 +463,8 @@ impl<'a> Simplifier<'a> {
         let mut around: Vec<usize> = pieces
             .iter()
             .flat_map(|i| {
-                let [before, behind] = self.pieces[*i].beside;
-                [self.before(before), before, *i, behind, self.behind(behind)]
+                let [previous, next] = self.pieces[*i].beside;
+                [self.previous(previous), previous, *i, next, self.next(next)]
             })
             .collect();
         around.sort_unstable();
@@ -477,7 +477,7 @@ impl<'a> Simplifier<'a> {
         if self.pieces[i].is_full {
             return;
         }
-        let Piece { run, beside: [_, behind], .. } = self.pieces[i].clone();
+        let Piece { run, beside: [_, next], .. } = self.pieces[i].clone();
         let mut last = i;
         for k in run.clone() {
             let control = self.outline.controls[k];
@@ -492,12 +492,12 @@ impl<'a> Simplifier<'a> {
             }
             changed.push(last);
         }
-        self.link(last, behind);
+        self.link(last, next);
     }
 
-    fn link(&mut self, before: usize, behind: usize) {
-        self.pieces[before].beside[1] = behind;
-        self.pieces[behind].beside[0] = before;
+    fn link(&mut self, previous: usize, next: usize) {
+        self.pieces[previous].beside[1] = next;
+        self.pieces[next].beside[0] = previous;
     }
 
     /// Whether a piece is the first or last of an open outline.
@@ -509,27 +509,27 @@ impl<'a> Simplifier<'a> {
         pieces.iter().map(|i| self.area_of(*i)).sum()
     }
 
-    /// Makes one of a piece and the one behind, if that strays nowhere; says whether it did.
+    /// Makes one of a piece and the next, if that strays nowhere; says whether it did.
     fn merge(&mut self, i: usize) -> bool {
-        let [before, behind] = self.pieces[i].beside;
-        let after = self.behind(behind);
-        let run = self.pieces[i].run.start..self.pieces[behind].run.end;
+        let [previous, next] = self.pieces[i].beside;
+        let after = self.next(next);
+        let run = self.pieces[i].run.start..self.pieces[next].run.end;
         // Not over the begin of a closed outline, of which four are left.
-        let is_short = after == before || self.behind(after) == before;
-        if behind == 0
+        let is_short = after == previous || self.next(after) == previous;
+        if next == 0
             || is_short
             || run.len() > LONGEST_RUN
             || self.is_end(i)
-            || self.is_end(behind)
+            || self.is_end(next)
             || !self.is_parabola(&run, self.tolerance)
         {
             return false;
         }
         let (old, surplus) = (self.pieces[i].clone(), self.surplus);
-        let area = self.area_of_all(&[before, i, behind, after]);
+        let area = self.area_of_all(&[previous, i, next, after]);
         (self.pieces[i].run, self.pieces[i].is_full) = (run, false);
         self.link(i, after);
-        let changed = [i, before, after];
+        let changed = [i, previous, after];
         self.relax(&[i]);
         self.surplus = surplus + self.area_of_all(&changed) - area;
         self.keep_area(&[i]);
@@ -540,8 +540,8 @@ impl<'a> Simplifier<'a> {
             return true;
         }
         (self.pieces[i], self.surplus) = (old, surplus);
-        self.link(i, behind);
-        self.link(behind, after);
+        self.link(i, next);
+        self.link(next, after);
         false
     }
 

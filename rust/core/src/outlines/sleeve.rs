@@ -1,9 +1,9 @@
-//! The triangles that a chain runs through, one after the other, and whether a curve keeps to them.
+//! The triangles that a contour runs through, one after the other, and whether a curve keeps to them.
 //!
 //! # Why curves never cross
 //! The pieces join inside triangles, and piece k runs from one triangle to the next across edge k. Every triangle is crossed by one
-//! chain alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
-//! two nodes, can touch no other chain. Every curve is walked along like that, with the rounded coordinates that are written to
+//! contour alone and once only. So a curve that walks through its own triangles one after the other, crossing each edge between its
+//! two nodes, can touch no other contour. Every curve is walked along like that, with the rounded coordinates that are written to
 //! files: on both ways around it, or as it is flattened for regions and much finer. A piece that strays becomes a corner at the
 //! crossing, which cannot stray. (The paper's own splines have no such guarantee.)
 
@@ -42,11 +42,11 @@ pub(super) fn clear(fraction: f64) -> bool {
     (EDGE_CLEARANCE..=1.0 - EDGE_CLEARANCE).contains(&fraction)
 }
 
-/// The triangles that a chain runs through. Cell k holds joint k: it lies between edges k - 1 and k. The first and last cell of an
-/// open chain lie between an edge and the frame.
+/// The triangles that a contour runs through. Cell k holds joint k: it lies between edges k - 1 and k. The first and last cell of an
+/// open contour lie between an edge and the frame.
 pub(super) struct Sleeve<'a> {
     pub(super) edges: &'a [CrossingEdge],
-    /// Where the chain crosses them.
+    /// Where the contour crosses them.
     pub(super) crossings: &'a [Point],
     cells: Vec<Cell>,
     closed: bool,
@@ -88,7 +88,7 @@ impl<'a> Sleeve<'a> {
         Self { edges, crossings, cells, closed: ends.is_none(), frame }
     }
 
-    /// The number of a cell or edge that was counted on beyond the end of a closed chain, up to two rounds.
+    /// The number of a cell or edge that was counted on beyond the end of a closed contour, up to two rounds.
     fn wrapped(&self, k: usize) -> usize {
         let n = self.edges.len();
         match k {
@@ -142,7 +142,7 @@ impl<'a> Sleeve<'a> {
         cell == last
     }
 
-    /// The cell that holds a point about joint k, counted on from there; for a closed chain after a round more.
+    /// The cell that holds a point about joint k, counted on from there; for a closed contour after a round more.
     pub(super) fn cell_of(&self, p: Point, k: usize) -> Option<usize> {
         let k = if self.closed { k + self.cells.len() } else { k };
         [k, k + 1, k.wrapping_sub(1)].into_iter().find(|k| (self.closed || *k < self.cells.len()) && self.cell(*k).holds(p))

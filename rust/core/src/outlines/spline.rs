@@ -1,4 +1,4 @@
-//! The spline of a chain, and the grid that its points lie on.
+//! The spline of a contour, and the grid that its points lie on.
 //!
 //! # Coordinates
 //! All points lie on a grid of a power of two to the pixel, so that files hold them exactly in few digits; where the grid is too
@@ -52,11 +52,11 @@ pub(super) fn joints(controls: &[Point], frame: Frame, ends: Option<[Side; 2]>) 
     std::iter::once(begin).chain(between).chain(std::iter::once(end)).collect()
 }
 
-/// A chain's spline or full outline: control points and joints in turn.
+/// A contour's spline or full outline: control points and joints in turn.
 pub(super) struct Spline {
     /// The control point of every piece, near where it crosses its edge.
     pub(super) controls: Vec<Point>,
-    /// `joints[k]` is where piece k begins and `joints[k + 1]` where it ends; for a closed chain the last is the first again.
+    /// `joints[k]` is where piece k begins and `joints[k + 1]` where it ends; for a closed contour the last is the first again.
     pub(super) joints: Vec<Point>,
     /// The pieces that are corners: straight to the control point and straight on.
     pub(super) corners: Vec<bool>,
@@ -64,7 +64,7 @@ pub(super) struct Spline {
 }
 
 impl Spline {
-    /// The spline through the points in which a chain crosses its edges.
+    /// The spline through the points in which a contour crosses its edges.
     pub(super) fn new(frame: Frame, sleeve: &Sleeve, area: Option<f64>, ends: Option<[Side; 2]>) -> Self {
         let controls = sleeve.crossings.to_vec();
         let mut spline =

@@ -192,8 +192,8 @@ fn run(
     let (triangulation, cells) = second_graph_of(first, emphasized, needs, &mut stages, memory)?;
     let labels = stages.run_unless_kept(5, &mut memory.labels, needs.at(Stage::Labels), |needs| {
         let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
-        let carried = (needs.published.error_weighting == ErrorWeighting::Area).then_some(&areas[..]);
-        let mut labels = diffuse(graph, means, carried, &Diffusion::of_tone(needs), control)?;
+        let weighting = (needs.published.error_weighting == ErrorWeighting::Area).then_some(&areas[..]);
+        let mut labels = diffuse(graph, means, weighting, &Diffusion::of_tone(needs), control)?;
         let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
         split(graph, means, &mut labels, needs.split)?;
         Ok(Labels { labels, shift })

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::base::{Control, Result, mixed, noise};
-use crate::diffusion::{Diffusion, Open, Rings, check_input, diffuse, weigh};
+use crate::diffusion::{Diffusion, Open, LocalMean, check_input, diffuse, weigh};
 use crate::graph::Lattice;
 use crate::options::Order;
 
@@ -73,7 +73,7 @@ impl Scan<'_> {
     fn label(&self, band: Range<usize>, labels: &mut [u8]) {
         let lattice = self.lattice;
         let (warm_up, first) = (WARM_UP.min(lattice.rows() - 1), lattice.row(band.start).start);
-        let mut rings = Rings::of_radius(self.parameters.hops);
+        let mut local_mean = LocalMean::of_radius(self.parameters.hops);
         // What a row was passed, and what it passes to the next. Errors that begin at 0 would all come to a half in the same row.
         let spread = if warm_up > 0 { 0.5 } else { 0.0 };
         let mut received: Vec<f64> =
@@ -90,7 +90,7 @@ impl Scan<'_> {
                 true => &mut forgotten[..own.len()],
                 false => &mut labels[own.start - first..own.end - first],
             };
-            self.label_row(row, next, &received, &mut passed, labels, &mut rings);
+            self.label_row(row, next, &received, &mut passed, labels, &mut local_mean);
             std::mem::swap(&mut received, &mut passed);
             passed.fill(0.0);
         }
@@ -104,7 +104,7 @@ impl Scan<'_> {
         received: &[f64],
         passed: &mut [f64],
         labels: &mut [u8],
-        rings: &mut Rings,
+        local_mean: &mut LocalMean,
     ) {
         let &Self { lattice, values, parameters, margin } = self;
         let (own, [along, across]) = (lattice.row(row), lattice.distances());
@@ -146,7 +146,7 @@ impl Scan<'_> {
             if open.is_empty() || !parameters.passes_on(start, label) {
                 continue;
             }
-            let alpha = parameters.share(start, || rings.mean(lattice, values, number));
+            let alpha = parameters.share(start, || local_mean.mean(lattice, values, number));
             weigh(open, start, parameters);
             let bits = mixed(number as u64);
             let mut sum = 0.0;
