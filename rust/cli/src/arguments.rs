@@ -359,6 +359,12 @@ pub(crate) fn in_flags(error: graphstipple_core::Error) -> Error {
                 Some(parameter) => format!("{PUBLISHED} {parameter}"),
                 None => option.replace('_', "-"),
             };
+            // What Python calls None has a word of its own here.
+            let absent = Declaration::named(&option).ok().and_then(|declaration| declaration.absent);
+            let allowed = match (absent, allowed.strip_prefix("None")) {
+                (Some(absent), Some(rest)) => format!("{}{rest}", absent.word),
+                _ => allowed,
+            };
             Error::Usage(format!("--{flag} is {value}, but it must be {allowed}"))
         }
         other => Error::Core(other),
@@ -375,6 +381,161 @@ fn parse_width(text: &str) -> Result<usize, String> {
 /// What clap says, without its usage block: the message and its tip.
 fn one_line(text: &str) -> String {
     let told = text.split("\n\nUsage:").next().unwrap_or(text).split("\n\nFor more information").next().unwrap_or(text);
-    let told = told.trim_start_matches("error: ").replace("\n\n  tip: ", "; ");
+    let told = told.trim_start_matches("error: ");
+    // Clap's own tip would be a flag that happens to look alike.
+    let method = DECLARATIONS.iter().filter(|declaration| declaration.group == Group::Method);
+    let parameter =
+        method.map(|declaration| declaration.name.replace('_', "-")).find(|name| told.contains(&format!("'--{name}' found")));
+    let told = match parameter {
+        Some(name) => format!(
+            "unexpected argument '--{name}' found: it is a parameter of the published method, --{PUBLISHED} {}=...",
+            name.replace('-', "_")
+        ),
+        None => told.replace("\n\n  tip: ", "; "),
+    };
     told.split_whitespace().collect::<Vec<_>>().join(" ") + " (see graphstipple --help)"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job(arguments: &str) -> Result<Job> {
+        let words = "graphstipple photo.png -o out.svg".split(' ').chain(arguments.split_whitespace());
+        Job::of(words.map(OsString::from).collect())
+    }
+
+    fn told(arguments: &str) -> String {
+        let error = job(arguments).unwrap_err();
+        assert_eq!(error.exit_code(), 2, "{arguments}");
+        error.to_string()
+    }
+
+    /// A value that an option does not have by default, as a command line has it.
+    fn another(declaration: &Declaration) -> String {
+        let is_default = |text: &String| declaration.parse(text) != declaration.value(&Options::default());
+        let texts: Vec<String> = match declaration.rule {
+            Rule::Within(least, most) => vec![((least + most) / 4.0).to_string(), most.to_string()],
+            Rule::UpTo(most) => vec![(most / 2.0).to_string()],
+            Rule::Whole(least, most) => vec![(least + most.min(100) / 2).to_string()],
+            Rule::Words(words) | Rule::WordsOrWithin(words, ..) => words.iter().map(|word| (*word).to_owned()).collect(),
+            Rule::Color => vec!["#0aF01b".to_owned()],
+            Rule::Switch => vec!["true".to_owned()],
+        };
+        texts.into_iter().find(is_default).expect("there is another value")
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        command(false).debug_assert();
+        command(true).debug_assert();
+    }
+
+    #[test]
+    fn no_options_are_the_defaults_and_a_preset_is_where_others_begin() {
+        let plain = job("").unwrap();
+        assert_eq!((&*plain.options, plain.background), (&Options::default(), [255; 3]));
+        assert!(matches!(plain.importance, Source::OfPhoto { name: "saliency", .. }));
+        assert_eq!(*job("--preset paper").unwrap().options, Options::paper());
+        assert_eq!(*job("--preset paper --relax 3").unwrap().options, Options { relax: 3, ..Options::paper() });
+        let mut options = Options::paper();
+        (options.published.k1, options.published.density) = (2.0, None);
+        assert_eq!(*job("--preset paper --published k1=2 --published density=auto").unwrap().options, options);
+        let importance = job("--importance constant:0.5").unwrap().importance;
+        assert!(matches!(importance, Source::Constant(value) if value == 0.5));
+    }
+
+    #[test]
+    fn every_option_arrives() {
+        for declaration in DECLARATIONS {
+            let text = another(declaration);
+            let flag = declaration.name.replace('_', "-");
+            let arguments = match (declaration.group, declaration.rule) {
+                (Group::Method, _) => format!("--published {flag}={text}"),
+                (_, Rule::Switch) => format!("--{flag}"),
+                _ => format!("--{flag} {text}"),
+            };
+            let mut expected = Options::default();
+            expected.set(&declaration.full_name(), &declaration.parse(&text)).unwrap();
+            assert_eq!(*job(&arguments).unwrap().options, expected, "{arguments}");
+            assert_ne!(expected, Options::default(), "{arguments}");
+        }
+        assert_eq!(job("--tone-tolerance off").unwrap().options.tone_tolerance, None);
+        assert_eq!(job("--background #0aF01b").unwrap().background, [10, 240, 27]);
+    }
+
+    #[test]
+    fn a_preset_suggests_inks() {
+        let writer = |arguments: &str| job(arguments).unwrap().writer;
+        let with = |inks, style| Format::ALL[0].writer(Export { inks, style, ..Export::default() }.check().unwrap()).unwrap();
+        assert_eq!(writer("--preset scratchboard"), with(Inks::White, Style::Flat));
+        assert_eq!(writer("--preset scratchboard --inks both"), with(Inks::Both, Style::Flat));
+        assert_eq!(writer("--preset scratchboard --style layered"), with(Inks::Black, Style::Layered));
+    }
+
+    #[test]
+    fn what_the_output_is_written_with_arrives() {
+        let plain = Format::of_suffix("svg").unwrap().writer(Export::default().check().unwrap()).unwrap();
+        assert_eq!(job("").unwrap().writer, plain);
+        let all = "photo.png -o out.png --style layered --inks both --one-bit --width 20cm --margin 5mm --page letter --dpi 600";
+        let words = "graphstipple".split(' ').chain(all.split(' ')).chain(["--min-dot", "0.3mm"]);
+        let found = Job::of(words.map(OsString::from).collect()).unwrap();
+        let mut export = Export::default();
+        for (name, text) in [("style", "layered"), ("inks", "both"), ("width", "20cm"), ("margin", "5mm"), ("page", "letter")] {
+            export.set(name, &Value::Word(text.to_owned())).unwrap();
+        }
+        (export.one_bit, export.layout.dpi) = (true, Some(600.0));
+        assert_eq!(found.writer, Format::of_suffix("png").unwrap().writer(export.check().unwrap()).unwrap());
+        assert_eq!(found.min_dot, Some("0.3mm".parse().unwrap()));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_by_the_flags_name() {
+        for (arguments, message) in [
+            ("--published detail-gain=-1", "--published detail_gain is -1, but it must be between 0 and 1000"),
+            ("--published hops=x", "--published hops is \"x\", but it must be a whole number between 1 and 16 hops"),
+            ("--gamma NaN", "--gamma is NaN, but it must be between 0.1 and 10"),
+            ("--nodes many", "--nodes is \"many\", but it must be auto or a whole number between 3 and 1000000000 nodes"),
+            (
+                "--published alpha=1.5",
+                "--published alpha is 1.5, but it must be \"tonal\", \"dynamic\" or a number between 0 and 1",
+            ),
+            ("--importance constant:2", "--importance is constant:2, but it must be constant:V with V above 0 and at most 1"),
+            ("--stipple-min 2 --stipple-max 1", "--stipple-max is 1, but it must be at least stipple_min"),
+            ("--irregularity 1.1", "--irregularity is 1.1, but it must be between 0 and 1"),
+            ("--width 0mm", "--width is 0mm, but it must be between 0.1mm and 100000mm"),
+            ("--margin 1e9", "--margin is 1000000000px, but it must be between 0 and 100000mm"),
+            ("--dpi 300", "--dpi is 300, but it must be left out unless the file is a .png: the others have no pixels"),
+            ("--one-bit", "--one-bit is True, but it must be left out unless the file is a .png: the others have no pixels"),
+            (
+                "--style layered --inks white",
+                "--inks is white, but it must be left out when style is layered: a layered drawing has both inks",
+            ),
+            ("--preview out.svg", "out.svg: the suffix of a preview must be .png"),
+        ] {
+            assert_eq!(told(arguments), message);
+        }
+        for unknown in ["k9=1", "k1", "=1"] {
+            let message = told(&format!("--published {unknown}"));
+            assert!(
+                message.contains("NAME=VALUE with one of the names lattice, density") || message.contains("k1 is \"\""),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_help_tells_every_option_with_its_default() {
+        let (short, long) = (command(false).render_help().to_string(), command(true).render_help().to_string());
+        for declaration in DECLARATIONS {
+            let flag = format!("--{} ", declaration.name.replace('_', "-"));
+            let is_shown = declaration.audience == Audience::Everyday;
+            assert_eq!(short.contains(&flag), is_shown, "{flag}");
+            let begin = if declaration.group == Group::Method { format!("{}: ", declaration.name) } else { flag };
+            let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let told = words(&long);
+            assert!(told.contains(&begin) && told.contains(&words(&help_of(declaration))), "{begin}");
+        }
+        assert!(short.lines().count() <= 100 && !short.contains("--published"));
+    }
 }

@@ -67,9 +67,16 @@ fn help_and_version_are_no_errors() {
     let help = desk.run("--help");
     let text = String::from_utf8(help.stdout).unwrap();
     assert!(help.status.success() && help.stderr.is_empty());
-    for flag in ["--output", "--preview-width", "--importance", "--nodes-per-pixel", "--detail-gain", "--threads", "--stats"] {
+    for flag in ["--output", "--preview-width", "--importance", "--crispness", "--stipple-max", "--help-all", "--stats"] {
         assert!(text.contains(flag), "no {flag} in\n{text}");
     }
+    assert_eq!(desk.run("-h").stdout, text.as_bytes());
+    let all = String::from_utf8(desk.run("--help-all").stdout).unwrap();
+    for flag in ["--nodes-per-pixel", "--threads", "--published", "detail_gain: ", "--options-schema"] {
+        assert!(all.contains(flag) && !text.contains(flag), "{flag}");
+    }
+    let schema: serde_json::Value = serde_json::from_slice(&desk.run("--options-schema").stdout).unwrap();
+    assert_eq!(schema["properties"]["gamma"]["maximum"], 10.0);
     let version = desk.run("--version");
     assert_eq!(String::from_utf8(version.stdout).unwrap(), format!("graphstipple {}\n", env!("CARGO_PKG_VERSION")));
 }
@@ -81,18 +88,27 @@ fn wrong_usage_is_two_and_one_line() {
     for (arguments, message) in [
         ("photo.png", format!("the following required arguments were not provided: --output <FILE>{see}")),
         (
-            "photo.png -o a.svg --denisty 1",
-            format!("unexpected argument '--denisty' found; a similar argument exists: '--density'{see}"),
+            "photo.png -o a.svg --crispnes 1",
+            format!("unexpected argument '--crispnes' found; a similar argument exists: '--crispness'{see}"),
+        ),
+        (
+            "photo.png -o a.svg --density 1",
+            format!(
+                "unexpected argument '--density' found: it is a parameter of the published method, --published density=...{see}"
+            ),
         ),
         (
             "photo.png -o a.svg --nodes many",
-            format!("invalid value 'many' for '--nodes <COUNT>': invalid digit found in string{see}"),
+            "--nodes is \"many\", but it must be auto or a whole number between 3 and 1000000000 nodes".into(),
         ),
         (
-            "photo.png -o a.svg --lattice cubic",
-            format!("invalid value 'cubic' for '--lattice <KIND>': it must be hexagonal or square{see}"),
+            "photo.png -o a.svg --published lattice=cubic",
+            "--published lattice is \"cubic\", but it must be \"hexagonal\" or \"square\"".into(),
         ),
-        ("photo.png -o a.svg --density 0", "--density is 0, but it must be above 0 and at most 16 nodes per pixel".into()),
+        (
+            "photo.png -o a.svg --published density=0",
+            "--published density is 0, but it must be above 0 and at most 16 nodes per pixel".into(),
+        ),
         ("photo.png -o a.svg --relax 101", "--relax is 101, but it must be between 0 and 100 steps".into()),
         (
             "photo.png -o a.svg --nodes 10 --nodes-per-pixel 1",

@@ -265,7 +265,7 @@ fn what_is_told_of_a_drawing_of_another_version_is_kept() {
             "\"subject\":[\"auto\",-0.0,1e-7],\"version\":\"9",
             1,
         );
-        assert_eq!(ours.len() + 50, theirs.len(), "{suffix}");
+        assert_eq!(ours.len() + 44, theirs.len(), "{suffix}");
         let read = read(&theirs, suffix).unwrap();
         assert_eq!(read.curves, drawing.curves);
         let told = read.provenance.options().unwrap_err().to_string();

@@ -37,4 +37,4 @@ pub(crate) use diffuse::check_input;
 pub use diffuse::diffuse;
 pub use parameters::{Diffusion, tonal_share};
 pub(crate) use rows::band_size;
-pub(crate) use weights::{Open, LocalMean, weigh};
+pub(crate) use weights::{LocalMean, Open, weigh};

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use crate::base::Result;
 use crate::diffusion::task::{Task, UNLABELLED};
-use crate::diffusion::weights::{Open, LocalMean, area_ratio, weigh};
+use crate::diffusion::weights::{LocalMean, Open, area_ratio, weigh};
 use crate::graph::Adjacency;
 
 /// Nodes labelled between two looks at the cancellation flag: a few milliseconds of work.

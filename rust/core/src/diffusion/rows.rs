@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::base::{Result, noise};
 use crate::diffusion::task::{Task, UNLABELLED};
-use crate::diffusion::weights::{Open, LocalMean, area_ratio, weigh};
+use crate::diffusion::weights::{LocalMean, Open, area_ratio, weigh};
 use crate::graph::Adjacency;
 
 /// Nodes of a band at least: below, threads cost more than they bring.

@@ -160,7 +160,8 @@ pub fn outline(
         let edges = contours.edges(contour);
         let site = |node: u32| point(triangulation.graph.sites[node as usize]);
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
-        let dot = [(contour.black, contour.white), (contour.white, contour.black)].into_iter().find(|(own, _)| is_dot(*own, contour));
+        let dot =
+            [(contour.black, contour.white), (contour.white, contour.black)].into_iter().find(|(own, _)| is_dot(*own, contour));
         let Some((own, around)) = dot else {
             let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
             let at = |[black, white]: [u32; 2]| tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::base::{Control, Result, mixed, noise};
-use crate::diffusion::{Diffusion, Open, LocalMean, check_input, diffuse, weigh};
+use crate::diffusion::{Diffusion, LocalMean, Open, check_input, diffuse, weigh};
 use crate::graph::Lattice;
 use crate::options::Order;
 
