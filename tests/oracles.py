@@ -145,12 +145,12 @@ def adjacency(n: int, edges: ArrayLike) -> list[list[int]]:
     return [sorted(row) for row in rows]
 
 
-def local_means(neighbours: list[list[int]], values: list[float], rings: int) -> list[float]:
-    """Average over each node and all nodes up to `rings` steps away."""
+def local_means(neighbours: list[list[int]], values: list[float], hops: int) -> list[float]:
+    """Average over each node and all nodes up to `hops` steps away."""
     means = []
     for node in range(len(values)):
         seen, frontier = {node}, {node}
-        for _ in range(rings):
+        for _ in range(hops):
             frontier = {k for j in frontier for k in neighbours[j]} - seen
             seen |= frontier
         means.append(math.fsum(values[j] for j in seen) / len(seen))
@@ -163,12 +163,12 @@ def bands(count: int) -> list[range]:
     return [range(first, min(first + size, count)) for first in range(0, count, size)]
 
 
-def passed_on(alpha: str | float, tuning: tuple[float, float], start: float, mean: float, label: int) -> float:
-    """Return the share of its error that a node passes on; `tuning` is base and detail gain."""
-    base, detail_gain = tuning
+def passed_on(alpha: str | float, tuning: tuple[float, float, float], start: float, mean: float, label: int) -> float:
+    """Return the share of its error that a node passes on; `tuning` is shading, base and detail gain."""
+    shading, base, detail_gain = tuning
     if alpha == "tonal":
         tone = min(max(start, 0.0), 1.0)
-        return base * tone**1.5 * (1 - tone) ** 2 / ((3 / 7) ** 1.5 * (4 / 7) ** 2)
+        return shading * tone**1.5 * (1 - tone) ** 2 / ((3 / 7) ** 1.5 * (4 / 7) ** 2)
     if alpha == "dynamic":
         return base + detail_gain * abs(start - mean) if label == int(start >= 0.5) else 0.0
     return float(alpha)
@@ -183,9 +183,10 @@ def diffuse(
     alpha: float | str = "tonal",
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.15,
+    shading: float = 0.15,
+    base: float = 0.5,
     detail_gain: float = 6.0,
-    rings: int = 1,
+    hops: int = 1,
     order: str = "rows",
 ) -> NDArray[np.uint8]:
     """Diffuse errors, by a heap whose stale entries are skipped when they surface, or by number in bands that start early."""
@@ -193,12 +194,12 @@ def diffuse(
     start: list[float] = np.asarray(values, dtype=np.float32).astype(np.float64).tolist()
     cells = None if areas is None else np.asarray(areas, dtype=np.float64).tolist()
     neighbours = adjacency(len(start), edges)
-    means = local_means(neighbours, start, rings)
+    means, tuning = local_means(neighbours, start, hops), (shading, base, detail_gain)
     labels: list[int | None] = [None] * len(start)
 
     def label(i: int, current: list[float], open_ones: list[int]) -> None:
         labels[i] = int(current[i] >= 0.5)
-        share = passed_on(alpha, (base, detail_gain), start[i], means[i], labels[i])
+        share = passed_on(alpha, tuning, start[i], means[i], labels[i])
         exponents = [(k1 * abs(start[i] - start[j]) + k2 * math.dist(points[i], points[j])) ** 2 for j in open_ones]
         weights = [math.exp(min(exponents) - e) for e in exponents]
         for j, weight in zip(open_ones, weights, strict=True):
@@ -213,7 +214,7 @@ def diffuse(
                 later = [j for j in neighbours[i] if j > i]
                 if band.start == 0 and 3 * (len(neighbours[i]) - len(later)) < len(neighbours[i]):
                     # The share does not depend on the side of the label here.
-                    current[i] += 0.5 * noise(i) * passed_on(alpha, (base, detail_gain), start[i], means[i], int(start[i] >= 0.5))
+                    current[i] += 0.5 * noise(i) * passed_on(alpha, tuning, start[i], means[i], int(start[i] >= 0.5))
                 label(i, current, later)
             labels[: band.start] = found
         return np.array(labels, dtype=np.uint8)
@@ -255,15 +256,16 @@ def diffuse_in_rows(
     alpha: float | str = 1.0,
     k1: float = 1.0,
     k2: float = 0.1,
-    base: float = 0.15,
+    shading: float = 0.15,
+    base: float = 0.5,
     detail_gain: float = 6.0,
-    rings: int = 1,
+    hops: int = 1,
 ) -> NDArray[np.uint8]:
     """Scan the rows of a lattice to and fro, in bands of 128 that start 16 rows early, mirrored at the top."""
     points = np.asarray(sites, dtype=np.float64).tolist()
     start: list[float] = np.asarray(values, dtype=np.float32).astype(np.float64).tolist()
     neighbours = adjacency(len(start), edges)
-    means = local_means(neighbours, start, rings)
+    means, tuning = local_means(neighbours, start, hops), (shading, base, detail_gain)
     rows: list[list[int]] = []
     for node, (_, y) in enumerate(points):
         if not rows or points[rows[-1][0]][1] != y:
@@ -298,7 +300,7 @@ def diffuse_in_rows(
                 ahead = [(p + way, nodes[p + way], along)] if 0 <= p + way < len(nodes) else []
                 down = [(p + side, below[p + side], across) for side in beside[row % 2] if 0 <= p + side < len(below)]
                 open_ones = [*ahead, *down]
-                share = passed_on(alpha, (base, detail_gain), start[i], means[i], label)
+                share = passed_on(alpha, tuning, start[i], means[i], label)
                 exponents = [(k1 * abs(start[i] - start[j]) + k2 * distance) ** 2 for _, j, distance in open_ones]
                 units = [(mixed(i) >> 20 * place & 0xFFFFF) / 2**20 for place in range(len(open_ones))]
                 weights = [math.exp(min(exponents) - e) * (0.5 + unit) for e, unit in zip(exponents, units, strict=True)]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import skimage.data
 from hypothesis import HealthCheck, settings
 from numpy.typing import NDArray
+
+import graphstipple as gs
 
 # The same examples every time, so that a change of code is the only thing that can turn a test red;
 # GRAPHSTIPPLE_EXPLORE=1 looks for new ones.
@@ -29,7 +33,17 @@ GOLDEN_CASES: dict[str, dict[str, object]] = {
     "camera": {"density": 1.0},
     "coffee": {"nodes": 1500, "relax": 2, "lattice": "square"},
 }
-"""The options of every golden drawing, by the name of its files, which is also that of the photo."""
+"""What `options_with` is given for every golden drawing, by the name of its files, which is also that of the photo."""
+
+PUBLISHED = tuple(field.name for field in dataclasses.fields(gs.Published))
+"""Names of the published method's parameters."""
+
+
+def options_with(preset: str = "default", **changes: Any) -> gs.Options:
+    """Return a preset's options with single ones changed, parameters of its published method among them: no name means both."""
+    start = gs.Options.preset(preset)
+    published = {name: changes.pop(name) for name in PUBLISHED if name in changes}
+    return start.replace(published=start.published.replace(**published), **changes)
 
 
 def photo(name: str, width: int | None = None, height: int | None = None) -> NDArray[np.uint8]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from tests import oracles, readers
 from tests.soundness import noise
-from tests.support import photo
+from tests.support import options_with, photo
 
 import graphstipple as gs
 
@@ -54,9 +54,12 @@ def drawn(name: str) -> gs.Drawing:
         "black": (np.zeros((30, 40), np.uint8), gs.Options()),
         "white": (np.full((30, 40), 255, np.uint8), gs.Options()),
         "one pixel": (np.zeros((1, 1), np.uint8), gs.Options()),
-        "a row": (noise(3, 40, 1), gs.Options(density=1.0)),
-        "a column": (noise(4, 1, 40), gs.Options(density=1.0)),
-        "dots at the frame": (dark_to_light, gs.Options.paper(nodes_per_pixel=0.3, alpha=1.0, stipple_scale=2.0, tolerance=0.25)),
+        "a row": (noise(3, 40, 1), options_with(density=1.0)),
+        "a column": (noise(4, 1, 40), options_with(density=1.0)),
+        "dots at the frame": (
+            dark_to_light,
+            options_with("paper", nodes_per_pixel=0.3, alpha=1.0, stipple_scale=2.0, tolerance=0.25),
+        ),
     }
     image, options = images[name]
     return gs.draw(image, options=options)

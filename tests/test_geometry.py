@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from tests import oracles
 from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
-from tests.support import on_every_photo, photo
+from tests.support import on_every_photo, options_with, photo
 
 import graphstipple as gs
 from graphstipple import stages
@@ -116,7 +116,7 @@ def test_any_labels_are_sound_at_every_tolerance(  # noqa: PLR0917
 @on_every_tolerance
 def test_random_images_are_sound_at_every_tolerance(tolerance: float, seed: int, width: int, height: int, density: float) -> None:
     image = noise(seed, width, height)
-    exact, simple = (gs.draw(image, options=gs.Options(density=density, tolerance=value)) for value in (0.0, tolerance))
+    exact, simple = (gs.draw(image, options=options_with(density=density, tolerance=value)) for value in (0.0, tolerance))
     check_picture(simple, width, height)
     check_same_marks(simple, exact)
     assert simple.stats["coordinates"] <= exact.stats["coordinates"]
@@ -271,8 +271,8 @@ def test_irregular_dots_survive_a_file(suffix: str, how: dict[str, Any], tmp_pat
     ids=["black", "white", "one pixel", "a row", "noise"],
 )
 def test_awkward_drawings_survive_a_file(image: np.ndarray, suffix: str, how: dict[str, Any], tmp_path: Path) -> None:
-    options = gs.Options(density=2.0, nodes_per_pixel=1.0, alpha=1.0, stipple_scale=2.0, gamma=1.1, invert=True, threads=2)
-    drawing = gs.draw(image, importance="none", options=options)
+    awkward = options_with(density=2.0, nodes_per_pixel=1.0, alpha=1.0, stipple_scale=2.0, gamma=1.1, invert=True, threads=2)
+    drawing = gs.draw(image, importance="none", options=awkward)
     drawing.save(tmp_path / f"drawing.{suffix}", **how)
     check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
 

@@ -12,7 +12,7 @@ import os
 import numpy as np
 import pytest
 from PIL import Image
-from tests.support import GOLDEN, GOLDEN_CASES, ROOT, photo
+from tests.support import GOLDEN, GOLDEN_CASES, ROOT, options_with, photo
 
 import graphstipple as gs
 
@@ -35,10 +35,10 @@ def digest(drawing: gs.Drawing) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def described(drawing: gs.Drawing, options: dict[str, object]) -> dict[str, object]:
+def described(drawing: gs.Drawing, changes: dict[str, object]) -> dict[str, object]:
     """Return a drawing as data."""
     return {
-        "options": options,
+        "options": changes,
         "counts": {name: drawing.stats[name] for name in COUNTS},
         # Bit i of byte k is the label of node 8 k + i, the highest bit first.
         "labels": np.packbits(drawing.graph.labels).tobytes().hex(),
@@ -54,13 +54,13 @@ def side_by_side(expected: np.ndarray, actual: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("name", GOLDEN_CASES)
 def test_golden(name):
-    options = GOLDEN_CASES[name]
+    changes = GOLDEN_CASES[name]
     image, data, picture = (GOLDEN / f"{name}{suffix}" for suffix in (".png", ".json", ".drawing.png"))
     if UPDATE:
         GOLDEN.mkdir(exist_ok=True)
         Image.fromarray(photo(name, *SIZE)).save(image, optimize=True)
-    drawing = gs.draw(image, options=gs.Options(**options))
-    actual, raster = described(drawing, options), drawing.rasterize(2 * SIZE[0])
+    drawing = gs.draw(image, options=options_with(**changes))
+    actual, raster = described(drawing, changes), drawing.rasterize(2 * SIZE[0])
     if UPDATE:
         data.write_text(json.dumps(actual, indent=1) + "\n")
         Image.fromarray(raster).save(picture, optimize=True)

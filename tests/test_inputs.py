@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from tests.support import options_with
 
 import graphstipple as gs
 from graphstipple import _core
@@ -208,11 +209,11 @@ def test_saliency_of_flat_and_tiny_images_is_zero(image: np.ndarray) -> None:
 
 def test_importance_by_name() -> None:
     ramp = np.linspace(0, 1, 64 * 64).reshape(64, 64)
-    options = gs.Options(density=1.0)
-    everywhere = gs.draw(ramp, importance="none", options=options)
+    fine = options_with(density=1.0)
+    everywhere = gs.draw(ramp, importance="none", options=fine)
     assert (everywhere.importance == 1).all()
     assert everywhere.stats["nodes"] == everywhere.stats["lattice_nodes"]
-    third = gs.draw(ramp, importance="constant:0.3", options=options)
+    third = gs.draw(ramp, importance="constant:0.3", options=fine)
     np.testing.assert_array_equal(third.importance, np.float32(0.3))
     assert third.stats["nodes"] < everywhere.stats["nodes"]
 

@@ -67,7 +67,7 @@ def test_diffusion_by_a_scan_instead_of_a_heap():
         alpha = 0.5 + 6 * abs(start[i] - mean) if (labels[i] == 1) == (start[i] >= 0.5) else 0.0
         weight = np.exp(-((abs(start[i] - start[to]) + 0.1 * np.linalg.norm(sites[i] - sites[to], axis=1)) ** 2))
         now[to] += weight / weight.sum() * alpha * (now[i] - labels[i])
-    np.testing.assert_array_equal(oracles.diffuse(sites, edges, values, alpha="dynamic", base=0.5, order="global"), labels)
+    np.testing.assert_array_equal(oracles.diffuse(sites, edges, values, alpha="dynamic", order="global"), labels)
 
 
 def test_components_are_numbered_by_their_lowest_node():

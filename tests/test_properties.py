@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests import oracles, readers
 from tests.soundness import check_picture, noise, polygons
-from tests.support import on_every_photo, photo, photo_luma
+from tests.support import on_every_photo, options_with, photo, photo_luma
 
 import graphstipple as gs
 from graphstipple import stages
@@ -23,9 +23,9 @@ EXTREME_SIZES = [(1, 5000), (5000, 1), (3, 3), (2, 2), (1, 2), (2, 1), (7, 1), (
 
 
 @functools.cache
-def drawn(name: str, width: int = 120, height: int = 90, **options: object) -> gs.Drawing:
+def drawn(name: str, width: int = 120, height: int = 90, **changes: object) -> gs.Drawing:
     """Draw a crop; the tests share it and only read."""
-    return gs.draw(photo(name, width, height), options=gs.Options(**options))
+    return gs.draw(photo(name, width, height), options=options_with(**changes))
 
 
 # Graphs --------------------------------------------------------------------------------------------------------------------------
@@ -62,8 +62,7 @@ def check_graph(graph: gs.Graph, width: int, height: int) -> None:
     scale=st.floats(0.1, 4.0),
 )
 def test_random_images_give_sound_graphs_and_pictures(seed, width, height, density, relax, scale):  # noqa: PLR0917
-    options = gs.Options(density=density, relax=relax, stipple_scale=scale)
-    drawing = gs.draw(noise(seed, width, height), options=options)
+    drawing = gs.draw(noise(seed, width, height), options=options_with(density=density, relax=relax, stipple_scale=scale))
     check_graph(drawing.graph, width, height)
     check_picture(drawing, width, height)
     stats = drawing.stats
@@ -160,9 +159,9 @@ def test_every_sample_is_owned_once(seed, n, s):
 
 
 @on_every_photo
-@pytest.mark.parametrize("options", [{"density": 1.0}, {"lattice": "square", "density": 2.0, "relax": 0}, {"alpha": 1.0}])
-def test_photos_give_sound_graphs_and_pictures(name, options):
-    drawing = drawn(name, **options)
+@pytest.mark.parametrize("changes", [{"density": 1.0}, {"lattice": "square", "density": 2.0, "relax": 0}, {"alpha": 1.0}])
+def test_photos_give_sound_graphs_and_pictures(name, changes):
+    drawing = drawn(name, **changes)
     check_graph(drawing.graph, drawing.width, drawing.height)
     check_picture(drawing, drawing.width, drawing.height)
 
@@ -197,8 +196,8 @@ def test_alpha_1_keeps_the_tone_of_photos(name):
 @pytest.mark.parametrize("value", [0, 255])
 @pytest.mark.parametrize("size", [(60, 40), (1, 1), (5, 1), (2, 2)])
 def test_black_and_white_are_one_region(value, size):
-    for options in (gs.Options(), gs.Options.paper(), gs.Options(nodes=3), gs.Options(relax=3, lattice="square")):
-        drawing = gs.draw(np.full(size[::-1], value, np.uint8), options=options)
+    for made_with in (gs.Options(), gs.Options.paper(), gs.Options(nodes=3), options_with(relax=3, lattice="square")):
+        drawing = gs.draw(np.full(size[::-1], value, np.uint8), options=made_with)
         assert (drawing.stats["regions"], drawing.stats["stipples"]) == (1, 0)
         # The border is part of it: no fringe.
         assert (drawing.rasterize() == value).all()
@@ -217,7 +216,7 @@ def white_share(drawing: gs.Drawing) -> float:
 @pytest.mark.parametrize("value", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
 def test_flat_images_give_their_tone(value):
     # Saliency is 0 everywhere here, so without the starvation rules nothing would be drawn.
-    drawing = gs.draw(np.full((90, 120), value, np.float32), options=gs.Options(alpha=1.0))
+    drawing = gs.draw(np.full((90, 120), value, np.float32), options=options_with(alpha=1.0))
     assert drawing.stats["nodes"] == pytest.approx(0.3 * 90 * 120, rel=0.02)
     assert white_share(drawing) == pytest.approx(value, abs=0.05)
 
@@ -226,7 +225,7 @@ def test_flat_images_give_their_tone(value):
 def test_dynamic_alpha_treats_black_and_white_alike(value):
     # It drops half the error of a flat field, and all of it where the label fell on the other side, so the tone of flat
     # greys is not kept (0.45 gives 0.7, 0.55 gives 0.3); but dark and light must be each other's mirror image, and the thirds stay.
-    plain = gs.Options(alpha="dynamic", base=0.5, refine=0)
+    plain = options_with(alpha="dynamic", refine=0)
     dark, light = (gs.draw(np.full((90, 120), v, np.float32), options=plain) for v in (value, 1 - value))
     assert white_share(dark) == pytest.approx(1 - white_share(light), abs=0.03)
     if value == 0.3:
@@ -241,10 +240,10 @@ def test_tiny_images_give_their_tone(size):
 
 
 @pytest.mark.parametrize("size", EXTREME_SIZES)
-@pytest.mark.parametrize("options", [{}, {"density": 1.0}, {"density": 0.02, "relax": 2}, {"lattice": "square", "nodes": 3}])
-def test_extreme_shapes(size, options):
+@pytest.mark.parametrize("changes", [{}, {"density": 1.0}, {"density": 0.02, "relax": 2}, {"lattice": "square", "nodes": 3}])
+def test_extreme_shapes(size, changes):
     image = noise(size[0], *size)
-    drawing = gs.draw(image, options=gs.Options(**options))
+    drawing = gs.draw(image, options=options_with(**changes))
     check_graph(drawing.graph, *size)
     check_picture(drawing, *size)
     assert drawing.rasterize().shape == (size[1], size[0])
@@ -255,11 +254,11 @@ def test_extreme_shapes(size, options):
 
 
 @on_every_photo
-@pytest.mark.parametrize("options", [{"nodes": 900}, {"nodes": 3000, "density": 2.0}, {"nodes_per_pixel": 0.15}, {}])
-def test_node_budget(name, options):
-    drawing = drawn(name, 160, 120, **options)
+@pytest.mark.parametrize("changes", [{"nodes": 900}, {"nodes": 3000, "density": 2.0}, {"nodes_per_pixel": 0.15}, {}])
+def test_node_budget(name, changes):
+    drawing = drawn(name, 160, 120, **changes)
     # Without any of the three the budget is 0.3 nodes a pixel.
-    budget = options.get("nodes", options.get("nodes_per_pixel", 0.3) * 160 * 120)
+    budget = changes.get("nodes", changes.get("nodes_per_pixel", 0.3) * 160 * 120)
     assert drawing.stats["nodes"] == pytest.approx(budget, rel=0.02)
 
 
@@ -291,11 +290,13 @@ def fringe(error: np.ndarray) -> float:
 
 
 @on_every_photo
-@pytest.mark.parametrize("options", [gs.Options(alpha=1.0), gs.Options.paper(), gs.Options.paper(alpha=1.0)], ids=range(3))
-def test_no_fringe_at_the_border(name, options):
+@pytest.mark.parametrize(
+    "made_with", [options_with(alpha=1.0), options_with("paper"), options_with("paper", alpha=1.0)], ids=range(3)
+)
+def test_no_fringe_at_the_border(name, made_with):
     # What the raster has more or less than the photo. The frames of a photo are no random draws, so half as far again is allowed.
     width, height = 240, 180
-    raster = gs.draw(photo(name, width, height), options=options).rasterize() / 255.0
+    raster = gs.draw(photo(name, width, height), options=made_with).rasterize() / 255.0
     tone = photo_luma(name, width, height)
     assert fringe(raster - tone) < 1.5
     # A line one pixel wide would be seen.
@@ -308,9 +309,9 @@ def test_no_fringe_at_the_border(name, options):
 
 
 @on_every_photo
-@pytest.mark.parametrize("options", [{"density": 1.0}, {"alpha": 1.0}])
-def test_raster_is_what_resvg_paints(name, options):
-    drawing = drawn(name, **options)
+@pytest.mark.parametrize("changes", [{"density": 1.0}, {"alpha": 1.0}])
+def test_raster_is_what_resvg_paints(name, changes):
+    drawing = drawn(name, **changes)
     # Fine enough that antialiasing and the few sides that resvg gives a small circle hardly count.
     theirs = oracles.box_average(readers.svg(drawing.svg(), 8 * drawing.width), 8)
     fine = oracles.box_average(drawing.rasterize(8 * drawing.width), 8)
@@ -358,17 +359,18 @@ def test_svg_is_valid_and_says_how_it_was_made(name):
     made = json.loads("".join(metadata.itertext()))
     assert made["version"] == gs.__version__
     assert made["importance"] == "saliency"
-    assert made["options"]["k2"] == 0.25
+    assert made["options"]["published"]["k2"] == 0.25
     assert "threads" not in made["options"]
-    again = gs.draw(photo(name, 120, 90), options=gs.Options(**made["options"]))
+    published = gs.Published(**made["options"].pop("published"))
+    again = gs.draw(photo(name, 120, 90), options=gs.Options(published=published, **made["options"]))
     assert again.svg() == drawing.svg()
 
 
 @on_every_photo
-@pytest.mark.parametrize("options", [{"density": 1.0}, {"nodes_per_pixel": 0.25, "relax": 2}])
-def test_the_drawing_does_not_depend_on_the_number_of_threads(name, options):
+@pytest.mark.parametrize("changes", [{"density": 1.0}, {"nodes_per_pixel": 0.25, "relax": 2}])
+def test_the_drawing_does_not_depend_on_the_number_of_threads(name, changes):
     image = photo(name, 200, 150)
-    drawings = [gs.draw(image, options=gs.Options(threads=threads, **options)) for threads in (1, 2, 4, None)]
+    drawings = [gs.draw(image, options=options_with(threads=threads, **changes)) for threads in (1, 2, 4, None)]
     assert len({drawing.svg() for drawing in drawings}) == 1
     assert len({drawing.rasterize().tobytes() for drawing in drawings}) == 1
 
@@ -394,9 +396,9 @@ def test_inverting_twice_is_the_identity_and_options_change_what_they_say():
 @on_every_photo
 def test_importance_by_name_by_map_and_by_size(name):
     image = photo(name, 60, 45)
-    plain = gs.draw(image, importance="none", options=gs.Options(density=1.0))
+    plain = gs.draw(image, importance="none", options=options_with(density=1.0))
     assert plain.stats["nodes"] == plain.stats["lattice_nodes"]
-    map_alone = gs.Options(density=1.0, **MAP_ALONE)
+    map_alone = options_with(density=1.0, **MAP_ALONE)
     ones = gs.draw(image, importance=np.ones((45, 60), np.float32), options=map_alone)
     assert (ones.graph.sites == plain.graph.sites).all()
     half = gs.draw(image, importance=np.ones((10, 7), np.float32), options=map_alone)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests import oracles
-from tests.support import on_every_photo, photo, photo_luma
+from tests.support import on_every_photo, options_with, photo, photo_luma
 
 import graphstipple as gs
 from graphstipple import stages
@@ -123,12 +123,13 @@ def test_relax(seed, n, how, steps):
     by_area=st.booleans(),
     k1=st.floats(0.0, 20.0),
     k2=st.floats(0.0, 3.0),
+    shading=st.floats(0.0, 1.0),
     base=st.floats(0.0, 1.0),
     detail_gain=st.floats(0.0, 12.0),
-    rings=st.integers(1, 3),
+    hops=st.integers(1, 3),
     order=st.sampled_from(["rows", "global"]),
 )
-def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, detail_gain, rings, order):  # noqa: PLR0917
+def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, shading, base, detail_gain, hops, order):  # noqa: PLR0917
     if kind == "delaunay":
         sites = scattered(seed, int(30 + 300 * density), 40, 25, "evenly")
         edges = oracles.delaunay_edges(sites, 40, 25)
@@ -138,11 +139,11 @@ def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, base, det
     # Tone that leans to one side and reaches both ends, as saturated photos do; noise keeps near ties away.
     values = np.clip(random.random(len(sites)) ** random.uniform(0.3, 3), 0, 1).astype(np.float32)
     areas = random.random(len(sites)) ** 3 if by_area else None
-    options = {"areas": areas, "alpha": alpha, "k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
-    options["order"] = order
-    found = stages.diffuse(sites, edges.astype(np.uint32), values, **options)
+    tuning = {"k1": k1, "k2": k2, "shading": shading, "base": base, "detail_gain": detail_gain, "hops": hops}
+    how = {"areas": areas, "alpha": alpha, "order": order, **tuning}
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, **how)
     assert found.dtype == np.uint8
-    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **how))
 
 
 @pytest.mark.parametrize("alpha", ["tonal", 1.0])
@@ -158,9 +159,9 @@ def test_diffuse_many_nodes(kind, order, alpha):
     assert len(oracles.bands(len(sites))) == 4
     random = np.random.default_rng(4)
     values, areas = random.random(len(sites), np.float32), 0.5 + random.random(len(sites))
-    options = {"areas": areas, "alpha": alpha, "order": order}
-    found = stages.diffuse(sites, edges.astype(np.uint32), values, **options)
-    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **options))
+    how = {"areas": areas, "alpha": alpha, "order": order}
+    found = stages.diffuse(sites, edges.astype(np.uint32), values, **how)
+    np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **how))
 
 
 @on_every_photo
@@ -210,8 +211,8 @@ def test_lattice_labels(kind, density, order):
     random = np.random.default_rng(2)
     for width, height in [(40, 30), (9, 330)]:
         importance = random.random((height, width), np.float32) ** 2
-        options = gs.Options(lattice=kind, density=density, importance_order=order)
-        sites, labels, factor = stages.lattice_labels(importance, options)
+        how = options_with(lattice=kind, density=density, importance_order=order)
+        sites, labels, factor = stages.lattice_labels(importance, how)
         assert factor == 1
         expected, edges = oracles.lattice(width, height, density, kind)
         np.testing.assert_allclose(sites, expected, rtol=0, atol=1e-9)
@@ -227,14 +228,15 @@ def test_lattice_labels(kind, density, order):
     alpha=st.one_of(st.sampled_from(["tonal", "dynamic"]), st.floats(0.0, 1.0)),
     k1=st.floats(0.0, 1000.0),
     k2=st.floats(0.0, 1000.0),
+    shading=st.floats(0.0, 1.0),
     base=st.floats(0.0, 1.0),
     detail_gain=st.floats(0.0, 12.0),
-    rings=st.integers(1, 3),
+    hops=st.integers(1, 3),
 )
-def test_lattice_labels_in_rows(seed, kind, alpha, k1, k2, base, detail_gain, rings):  # noqa: PLR0917
+def test_lattice_labels_in_rows(seed, kind, alpha, k1, k2, shading, base, detail_gain, hops):  # noqa: PLR0917
     importance = np.random.default_rng(seed).random((15, 20), np.float32)
-    tuning = {"k1": k1, "k2": k2, "base": base, "detail_gain": detail_gain, "rings": rings}
-    sites, labels, _ = stages.lattice_labels(importance, gs.Options(lattice=kind, density=1.0, importance_alpha=alpha, **tuning))
+    tuning = {"k1": k1, "k2": k2, "shading": shading, "base": base, "detail_gain": detail_gain, "hops": hops}
+    sites, labels, _ = stages.lattice_labels(importance, options_with(lattice=kind, density=1.0, importance_alpha=alpha, **tuning))
     _, edges = oracles.lattice(20, 15, 1.0, kind)
     means = stages.cells(sites, 20, 15, importance, stages.samples_per_pixel(1.0)).means
     np.testing.assert_array_equal(oracles.diffuse_in_rows(sites, edges, means, alpha=alpha, **tuning), labels)
@@ -255,7 +257,7 @@ def test_triangulate(seed, n, width, height, how):
 @on_every_photo
 def test_triangulate_relaxed_sites_of_a_photo(name):
     width, height = 120, 90
-    sites, labels, _ = stages.lattice_labels(np.sqrt(photo_luma(name, width, height)) * 0.5, gs.Options(density=1.0))
+    sites, labels, _ = stages.lattice_labels(np.sqrt(photo_luma(name, width, height)) * 0.5, options_with(density=1.0))
     sites = stages.relax(sites[labels == 1], width, height, 2, 3)
     # Centroids of samples often lie on one circle exactly; a shift far below a sample leaves one right answer.
     sites = sites + np.random.default_rng(0).uniform(-1e-4, 1e-4, sites.shape)
@@ -406,7 +408,7 @@ NO_EDGES = np.zeros((0, 2), np.uint32)
         lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, np.nan, 0.2]),
         lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], alpha="dynamical"),
         lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], k1=-1),
-        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], rings=0),
+        lambda: stages.diffuse(GOOD, NO_EDGES, [0.1, 0.2, 0.3], hops=0),
         lambda: stages.split([[0, 1]], [0.1, 0.2, 0.3], [0, 1]),
         lambda: stages.split([[0, 1]], [0.1, 0.2], [0, 2]),
         lambda: stages.split([[0, 2]], [0.1, 0.2], [0, 1]),
@@ -433,10 +435,10 @@ def test_bad_arguments_raise_one_clear_sentence(call):
 
 
 @on_every_photo
-@pytest.mark.parametrize("options", [{"density": 1.0}, {"density": 0.4, "relax": 3}, {"nodes_per_pixel": 0.3, "lattice": "square"}])
-def test_a_drawing_is_what_the_stages_say(name, options):
+@pytest.mark.parametrize("changes", [{"density": 1.0}, {"density": 0.4, "relax": 3}, {"nodes_per_pixel": 0.3, "lattice": "square"}])
+def test_a_drawing_is_what_the_stages_say(name, changes):
     width, height = 80, 60
-    drawing = gs.draw(photo(name, width, height), options=gs.Options(**options))
+    drawing = gs.draw(photo(name, width, height), options=options_with(**changes))
     graph = drawing.graph
     np.testing.assert_array_equal(oracles.components(graph.edges, graph.labels), graph.components)
     check_edges_up_to_ties(graph.edges, graph.sites, width, height)
@@ -464,13 +466,13 @@ def test_a_drawing_is_what_the_stages_say(name, options):
 @pytest.mark.parametrize("nodes_per_pixel", [0.05, 0.3, 1.0])
 def test_emphasis_and_importance(name, nodes_per_pixel):
     tone = photo_luma(name, 90, 70)
-    options = gs.Options(nodes_per_pixel=nodes_per_pixel, sharpen=2.0, local_contrast=1.0, detail=0.6, floor=0.2, midtones=0.5)
+    how = gs.Options(nodes_per_pixel=nodes_per_pixel, sharpen=2.0, local_contrast=1.0, detail=0.6, floor=0.2, midtones=0.5)
     spacing = np.sqrt(2 / np.sqrt(3) / nodes_per_pixel)
-    emphasized = stages.emphasize(tone, options)
+    emphasized = stages.emphasize(tone, how)
     np.testing.assert_allclose(emphasized, oracles.emphasize(tone, spacing, 2.0, 1.0), rtol=0, atol=2e-5)
     map_ = gs.saliency(photo(name, 90, 70))
     shares = {"detail": 0.6, "floor": 0.2, "midtones": 0.5}
     for is_saliency in (True, False):
-        found = stages.importance(tone, map_, options, is_saliency=is_saliency)
+        found = stages.importance(tone, map_, how, is_saliency=is_saliency)
         expected = oracles.importance(tone, map_, spacing, shares, emphasized, is_saliency=is_saliency)
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4)
