@@ -16,51 +16,52 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
-from tests.support import photo
+from tests.support import options_with, photo
 
 import graphstipple as gs
 
-# Another value of every option.
+# Another value of every option, and of every parameter of the published method.
 CHANGES: dict[str, Any] = {
-    "lattice": "square",
-    "density": 0.7,
     "nodes": 700,
-    "nodes_per_pixel": 0.2,
     "fineness": 0.6,
+    "nodes_per_pixel": 0.2,
     "detail": 0.4,
     "floor": 0.3,
     "midtones": 0.1,
     "relax": 2,
-    "k1": 3.0,
-    "k2": 0.4,
-    "base": 0.6,
-    "detail_gain": 1.0,
-    "rings": 2,
-    "importance_alpha": "dynamic",
-    "alpha": "dynamic",
-    "importance_order": "global",
-    "order": "global",
-    "carry": "value",
-    "refine": 0,
+    "shading": 0.6,
     "crispness": 1.0,
     "cohesion": 0.5,
-    "tone_tolerance": None,
-    "split": 0,
-    "crossings": "midpoint",
     "sharpen": 0.5,
     "local_contrast": 0.2,
+    "tone_tolerance": None,
+    "tolerance": 0.6,
+    "refine": 0,
+    "split": 0,
     "stipple_scale": 0.5,
     "stipple_min": 0.3,
     "stipple_max": 0.6,
     "irregularity": 0.9,
     "seed": 7,
-    "tolerance": 0.6,
     "linear": True,
     "gamma": 1.6,
     "contrast": 0.6,
     "invert": True,
-    "threads": 1,
     "background": "#000",
+    "threads": 1,
+    "lattice": "square",
+    "density": 0.7,
+    "k1": 3.0,
+    "k2": 0.4,
+    "base": 0.6,
+    "detail_gain": 1.0,
+    "hops": 2,
+    "importance_alpha": "dynamic",
+    "alpha": "dynamic",
+    "importance_order": "global",
+    "order": "global",
+    "error_weighting": "value",
+    "crossings": "midpoint",
 }
 
 
@@ -89,8 +90,11 @@ def transparent() -> np.ndarray:
 
 
 def test_every_option_is_changed() -> None:
-    assert list(CHANGES) == [field.name for field in dataclasses.fields(gs.Options)]
-    assert all(getattr(gs.Options(), name) != value for name, value in CHANGES.items())
+    groups = (gs.Options(), gs.Options().published)
+    fields = {field.name: getattr(group, field.name) for group in groups for field in dataclasses.fields(group)}
+    del fields["published"]
+    assert list(CHANGES) == list(fields)
+    assert all(fields[name] != value for name, value in CHANGES.items())
 
 
 @given(
@@ -106,7 +110,7 @@ def test_a_session_draws_what_draw_draws(importance, start, steps):
     for flipped in [[], *steps]:
         changed ^= set(flipped)
         try:
-            options = gs.Options.preset(start, **{name: CHANGES[name] for name in changed})
+            options = options_with(start, **{name: CHANGES[name] for name in changed})
         except gs.InvalidInputError:
             continue
         try:
@@ -122,11 +126,11 @@ def test_only_what_changed_is_computed(small: np.ndarray) -> None:
     session = gs.Session(small)
     first = session.draw()
     assert stages(first) >= {"lattice", "importance", "triangulation", "diffusion", "outlines"}
-    relabelled = session.draw(gs.Options(alpha=1.0))
+    relabelled = session.draw(options_with(alpha=1.0))
     assert stages(relabelled) == {"diffusion", "outlines"}
     assert np.array_equal(relabelled.graph.sites, first.graph.sites)
-    assert stages(session.draw(gs.Options(alpha=1.0, stipple_scale=0.8))) == {"outlines"}
-    assert stages(session.draw(gs.Options(alpha=1.0, stipple_scale=0.8, threads=2))) == set()
+    assert stages(session.draw(options_with(alpha=1.0, stipple_scale=0.8))) == {"outlines"}
+    assert stages(session.draw(options_with(alpha=1.0, stipple_scale=0.8, threads=2))) == set()
     # Another background reads the photo again.
     assert stages(session.draw(gs.Options(background="black"))) >= {"decoding", "saliency", "lattice", "outlines"}
     assert stages(session.draw(gs.Options(background="#000000"))) == set()
@@ -137,7 +141,7 @@ def test_the_order_of_nodes_reaches_both_diffusions(astronaut: np.ndarray) -> No
     several = {"density": 1.0, "nodes": 20_000}
     session = gs.Session(astronaut[:256, :256])
     orders = [{}, {"order": "global"}, {"importance_order": "global"}]
-    drawings = [session.draw(gs.Options(**several, **order)) for order in orders]
+    drawings = [session.draw(options_with(**several, **order)) for order in orders]
     assert len({drawing.svg() for drawing in drawings}) == 3
     assert ["importance" in drawing.stats["seconds"] for drawing in drawings] == [True, False, True]
     for drawing in drawings:
@@ -183,14 +187,14 @@ def test_what_cannot_be_drawn_is_refused_at_once(small: np.ndarray, tmp_path: Pa
         gs.Session(small, np.ones((2, 2, 3)))
     session = gs.Session(small)
     with pytest.raises(gs.InvalidInputError, match="options is of type dict, but it must be"):
-        session.draw({"alpha": 1})  # type: ignore[arg-type]
+        session.draw({"gamma": 1})  # type: ignore[arg-type]
 
 
 def test_an_error_leaves_the_session_as_it_was(small: np.ndarray) -> None:
     session = gs.Session(small)
     first = session.draw()
     with pytest.raises(gs.InvalidInputError, match="node budget"):
-        session.draw(gs.Options(density=0.5, nodes=1_000_000, gamma=2))
+        session.draw(options_with(density=0.5, nodes=1_000_000, gamma=2))
     again = session.draw()
     assert same(again, first)
     assert stages(again) <= {"lattice"}
@@ -264,7 +268,7 @@ def say(stage, fraction):
     if stage == "importance":
         print("now", flush=True)
 try:
-    session.draw(gs.Options(density=4.0, relax=20), progress=say)
+    session.draw(gs.Options(published=gs.Options().published.replace(density=4.0), relax=20), progress=say)
 except KeyboardInterrupt:
     print("interrupted", flush=True)
 options = gs.Options(nodes=2000, relax=0)
