@@ -3,6 +3,7 @@
 #   make test    Rust and Python tests          make lint    formatters, linters, types
 #   make bench   speed                          make format  apply the formatters
 #   make build   the package in .venv           make clean   remove everything made here
+#   make generate   what is made from the declarations of options and from the tree: Python's fields, docs/options.md, ARCHITECTURE.md
 #   make performance   the tables of docs/performance.md anew, for an idle machine
 #   make peers   speed beside other programs, which it installs into out/peers
 #   make evaluate   compare methods on scikit-image's photos: a report in out/evaluation
@@ -22,7 +23,7 @@ BINARY := target/release/graphstipple
 # Public-domain photos in scikit-image's wheel.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
 
-.PHONY: build demo test lint format bench performance peers evaluate clean
+.PHONY: build demo test lint format generate bench performance peers evaluate clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -59,6 +60,7 @@ test: $(PACKAGE) $(EVALUATION) $(BINARY)
 lint: $(PACKAGE) $(EVALUATION)
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --package graphstipple-core --package graphstipple-cli --no-deps --locked --quiet
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -68,6 +70,9 @@ format: $(ENVIRONMENT)
 	cargo fmt --all
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+generate: $(PACKAGE)
+	$(BIN)/python tools/generate.py
 
 bench: $(PACKAGE) $(BINARY)
 	cargo bench --package graphstipple-bench --locked --bench stages

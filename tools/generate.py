@@ -2,7 +2,8 @@
 
 - `python/graphstipple/_option_fields.py`: the fields of `Options` and `Published`, with their documentation;
 - `docs/options.md`: the page of options, settings, formats and sources of importance;
-- the tree in `ARCHITECTURE.md`: every file with the first sentence of its documentation.
+- in `ARCHITECTURE.md`, the table of the core's folders with what goes in and comes out, and the tree: every file with the first
+  sentence of its documentation.
 
 `tests/test_generated.py` fails when one of them is not what this script writes.
 """
@@ -10,6 +11,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 import textwrap
@@ -28,7 +30,8 @@ def extension() -> ModuleType:
     if not found:
         sys.exit("the extension module is not built: make build")
     spec = spec_from_file_location("graphstipple._core", found[0])
-    assert spec and spec.loader
+    if spec is None or spec.loader is None:
+        sys.exit(f"{found[0]} is no extension module")
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -119,6 +122,10 @@ def python_fields() -> str:
     options = dict(_core.options_schema()["properties"])
     published = options.pop("published")["properties"]
     checked = "Checked when made, by the Rust core; unchangeable afterwards (see `replace`)."
+    paper = docstring(
+        "The parameters of the published method's graphs and diffusions, by default the paper's.", checked, published, raises=False
+    )
+    everything = docstring("Everything that shapes a drawing besides the photo and the importance.", checked, options, raises=True)
     ours = "\n".join(f'    "{name}": {python_value(option["default"])},' for name, option in published.items())
     return f'''"""The fields of options, made by `tools/generate.py` from `{DECLARED}`: change them there."""
 
@@ -128,7 +135,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 
-{fields("PublishedFields", docstring("The parameters of the published method's graphs and diffusions, by default the paper's.", checked, published, raises=False), published, "x-paper")}
+{fields("PublishedFields", paper, published, "x-paper")}
 
 
 OURS: dict[str, Any] = {{
@@ -137,7 +144,7 @@ OURS: dict[str, Any] = {{
 """The parameters of `Options` by default."""
 
 
-{fields("OptionFields", docstring("Everything that shapes a drawing besides the photo and the importance.", checked, options, raises=True), options, "default")}
+{fields("OptionFields", everything, options, "default")}
 '''
 
 
@@ -189,7 +196,7 @@ def options_page() -> str:
 
 Made by `tools/generate.py` from the declarations in `{DECLARED}` and its neighbours: change them there.
 
-Names in Python; on the command line `local_contrast` is `--local-contrast`, and so on; `True` and `False` are flags without a value.
+Names in Python; on the command line `local_contrast` is `--local-contrast`, and so on; `True` is a flag without a value.
 `graphstipple --options-schema` prints the same as a JSON schema.
 
 ## How a photo is drawn
@@ -209,8 +216,8 @@ The parameters of the published method's graphs and diffusions, for research and
 
 ## Where detail is wanted
 
-The argument `importance` of `gs.draw` and `gs.Session`, `--importance` on the command line. In Python it may also be an image, an array
-(height, width), or a callable that makes any of these of the photo's luma.
+The argument `importance` of `gs.draw` and `gs.Session`, `--importance` on the command line. In Python it may also be an image, an
+array (height, width), or a callable that makes any of these of the photo's luma.
 
 {table(["Importance", "What it is"], sources)}
 
@@ -230,7 +237,6 @@ The suffix says which. Those that `gs.load` reads give the drawing back.
 """
 
 
-BEGIN, END = "<!-- tree: made by tools/generate.py -->", "<!-- end of the tree -->"
 ROOMS = ("rust", "python", "benches", "docs", "examples", "tools", "tests")
 """Folders whose files the tree shows."""
 
@@ -246,15 +252,62 @@ def first_sentence(path: Path) -> str:
     elif path.suffix == ".pyi":
         return "types of the extension module"
     else:
-        lines = []
-        for line in text.splitlines():
-            if not line.startswith("//!"):
-                break
-            lines.append(line.removeprefix("//!").strip())
-        doc = "\n".join(lines)
-    paragraph = " ".join(doc.strip().split("\n\n")[0].split())
-    sentence = paragraph.split(". ")[0].rstrip(".")
-    return sentence.replace("[`", "`").replace("`]", "`").replace("``", "`")
+        doc = rust_doc(path)
+    # "et al." ends no sentence.
+    sentence = re.split(r"(?<!et al)\. ", paragraph(doc))[0].rstrip(".")
+    return plain(sentence)
+
+
+def paragraph(doc: str) -> str:
+    """Return the first paragraph of a documentation, in one line."""
+    return " ".join(doc.strip().split("\n\n")[0].split())
+
+
+def plain(text: str) -> str:
+    """Return a text without the links of documentation."""
+    return re.sub(r"\[(`[^`]*`)\](\([^)]*\))?", r"\1", text).replace("``", "`")
+
+
+def rust_doc(path: Path) -> str:
+    """Return the documentation of a module in Rust."""
+    lines = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.startswith("#![doc = include_str!("):
+            return (path.parent / line.split('"')[1]).read_text(encoding="utf-8")
+        if not line.startswith("//!"):
+            break
+        lines.append(line.removeprefix("//!").strip())
+    return "\n".join(lines)
+
+
+CORE = ROOT / "rust" / "core" / "src"
+
+
+def core_folders() -> list[str]:
+    """Return the core's folders in the order of the data: that in which `lib.rs` names them."""
+    return re.findall(r"^mod (\w+);", (CORE / "lib.rs").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def imported(folder: str) -> set[str]:
+    """Return the folders from which a folder's files import, tests aside."""
+    found: set[str] = set()
+    for path in (CORE / folder).rglob("*.rs"):
+        code = path.read_text(encoding="utf-8").split("#[cfg(test)]")[0]
+        found |= set(re.findall(r"\bcrate::(\w+)", re.sub(r"//.*", "", code)))
+    return found - {folder}
+
+
+def folders() -> str:
+    """Return the table of the core's folders in the order of the data, with what each of their `mod.rs` says of itself."""
+    rows = []
+    for folder in core_folders():
+        said = plain(paragraph(rust_doc(CORE / folder / "mod.rs")))
+        found = re.fullmatch(r"(.*?)\. In: (.*?); out: (.*?)\. Source: (.*)", said)
+        if not found:
+            sys.exit(f"{folder}/mod.rs must begin with what it is. In: ...; out: .... Source: ...")
+        imports = [other for other in core_folders() if other in imported(folder)]
+        rows.append([f"`{folder}/`", found[2], found[3], ", ".join(f"`{other}`" for other in imports)])
+    return table(["Folder", "In", "Out", "Stands on"], rows)
 
 
 def tree(files: Iterable[str]) -> str:
@@ -273,29 +326,13 @@ def tree(files: Iterable[str]) -> str:
     return "```text\n" + "\n".join(lines) + "\n```"
 
 
-FOLDERS = (
-    "base",
-    "options",
-    "photo",
-    "importance",
-    "graph",
-    "diffusion",
-    "sites",
-    "labels",
-    "outlines",
-    "drawing",
-    "files",
-    "pipeline",
-)
-"""Folders of the core, in the order of the data."""
-
-
 def order(path: Path) -> tuple[object, ...]:
-    """Return what sorts paths: rooms as above, the core's folders in the order of the data, a folder's own files before its folders."""
+    """Return what sorts paths: rooms as above, the core's folders in the order of the data, files before folders."""
     keys: list[tuple[int, int, str]] = []
+    in_core = core_folders()
     for depth, part in enumerate(path.parts):
         is_file = depth == len(path.parts) - 1
-        place = ROOMS.index(part) if depth == 0 else FOLDERS.index(part) if part in FOLDERS and not is_file else 0
+        place = ROOMS.index(part) if depth == 0 else in_core.index(part) if part in in_core and not is_file else 0
         first = part in {"lib.rs", "mod.rs", "__init__.py"}
         keys.append((0 if is_file else 1, -1 if first else place, part))
     return tuple(keys)
@@ -304,11 +341,14 @@ def order(path: Path) -> tuple[object, ...]:
 def architecture() -> str:
     """Return `ARCHITECTURE.md` with its tree made anew."""
     page = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     present = [file for file in listed if (ROOT / file).exists()]
-    return f"{before}{BEGIN}\n{tree(present)}\n{END}{after}"
+    for name, text in (("folders", folders()), ("tree", tree(present))):
+        begin, end = f"<!-- {name}: made by tools/generate.py -->", f"<!-- end of the {name} -->"
+        before, _, rest = page.partition(begin)
+        _, _, after = rest.partition(end)
+        page = f"{before}{begin}\n\n{text}\n\n{end}{after}"
+    return page
 
 
 GENERATED: dict[str, Callable[[], str]] = {
@@ -325,7 +365,7 @@ def main() -> None:
         path, text = ROOT / name, make()
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
-            print(f"{name}: written anew", file=sys.stderr)
+            sys.stderr.write(f"{name}: written anew\n")
 
 
 if __name__ == "__main__":

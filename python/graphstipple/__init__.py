@@ -14,7 +14,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from graphstipple._core import __version__
-from graphstipple._draw import Session, draw
 from graphstipple._errors import (
     GraphStippleError,
     ImageFileError,
@@ -23,12 +22,13 @@ from graphstipple._errors import (
     MissingPackageError,
     MissingWeightsError,
 )
-from graphstipple.drawing import Drawing, Graph, RecordedOptions, Region, load
-from graphstipple.options import Options, Preset, Published, presets
 
 if TYPE_CHECKING:
     from graphstipple import metrics, stages
+    from graphstipple._draw import Session, draw
+    from graphstipple.drawing import Drawing, Graph, RecordedOptions, Region, load
     from graphstipple.importance import saliency
+    from graphstipple.options import Options, Preset, Published, presets
 
 __all__ = [
     "Drawing",
@@ -54,18 +54,28 @@ __all__ = [
     "stages",
 ]
 
-_LATER = {"metrics": "graphstipple.metrics", "stages": "graphstipple.stages", "saliency": "graphstipple.importance"}
-"""What a drawing does not need, and so is imported when it is first used: names and where they are."""
+_LATER = {
+    "_draw": ("Session", "draw"),
+    "drawing": ("Drawing", "Graph", "RecordedOptions", "Region", "load"),
+    "importance": ("saliency",),
+    "options": ("Options", "Preset", "Published", "presets"),
+}
+"""What is imported when it is first used, by module: the command line starts without NumPy, a drawing without OpenCV and Pillow."""
+
+_MODULES = ("metrics", "stages")
+"""Public modules, likewise."""
 
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for the first time."""
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = import_module(_LATER[name])
-    value = module if _LATER[name] == f"{__name__}.{name}" else getattr(module, name)
-    globals()[name] = value
-    return value
+    if name in _MODULES:
+        return import_module(f"{__name__}.{name}")
+    for module, names in _LATER.items():
+        if name in names:
+            value = getattr(import_module(f"{__name__}.{module}"), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -1,5 +1,5 @@
 //! What every folder stands on: errors, progress, pseudo-random numbers, colours, inks, and the geometry of the plane.
-//! It takes numbers and gives numbers, and knows nothing of photos, graphs or drawings. Source: our own.
+//! In: numbers and words; out: numbers, errors and progress, nothing of photos, graphs or drawings. Source: our own.
 
 mod checked;
 mod colour;

@@ -1,5 +1,7 @@
 //! A drawing as a file, and back. In: a [`Drawing`](crate::Drawing) and how it is to be written, an [`Export`]; out: SVG, PDF, EPS,
 //! DXF, JSON or PNG; and drawings again, from SVG and JSON. Source: our own, after the specifications of the formats.
+//!
+//! Formats are one table, [`Format::ALL`]: whoever writes another one adds a line to it and the file that it names.
 
 mod cubic;
 mod dxf;

@@ -1,7 +1,7 @@
-//! Where the importance comes from, as users name it, and the field that the first diffusion works on.
+//! The importance of a drawing, and what becomes of it on the canvas with the photo's detail: the field that the first diffusion works on.
 //!
-//! Importance says where detail is wanted: 1 keeps every node, 0 none. What this module does not do: compute the saliency
-//! (see [`super::saliency`]) or read files.
+//! Importance says where detail is wanted: 1 keeps every node, 0 none. What this module does not do: make a map of the photo (see
+//! [`super::saliency`]) or know names (see [`super::source`]).
 //!
 //! # Ours
 //! Saliency alone (the paper's importance) leaves dark faces and wide skies without nodes, since it asks what differs from its

@@ -1,4 +1,5 @@
-//! The options of a drawing: in, what somebody asks for, as values by name; out, [`Options`], plain data with every value in its range.
+//! The options of a drawing. In: what somebody asks for, as values by name; out: [`Options`], plain data with every value in its
+//! range, and what is told of them. Source: parameters of the paper, and our own.
 //!
 //! [`declared`] is the one place that knows them all. The same names, defaults and ranges hold in Rust, Python, the command line and
 //! the metadata of a drawing.
@@ -130,8 +131,9 @@ impl Declaration {
 
     /// The error that a value breaks the rule.
     fn refuse(&self, value: &Value) -> Error {
-        let absent = if self.absent.is_some() && self.rule.sort(value) != "" { "None or " } else { "" };
-        Error::option(self.full_name(), value, format!("{absent}{}{}", self.rule.sort(value), self.allowed()))
+        let sort = self.rule.sort(value);
+        let absent = if self.absent.is_some() && !sort.is_empty() { "None or " } else { "" };
+        Error::option(self.full_name(), value, format!("{absent}{sort}{}", self.allowed()))
     }
 }
 
