@@ -1,6 +1,5 @@
 //! What a declaration says of an option, and the macro that makes the structs and the table of them.
 
-use super::declared::Options;
 use super::value::{Rule, Value};
 
 /// The heading under which an option stands.
@@ -104,9 +103,9 @@ pub struct Absent {
     pub meaning: &'static str,
 }
 
-/// An option as it is declared.
-#[derive(Debug, Clone, Copy)]
-pub struct Declaration {
+/// An option as it is declared, a field of `O`.
+#[derive(Debug)]
+pub struct DeclarationOf<O> {
     /// Its name, in snake case.
     pub name: &'static str,
     /// Which values it takes.
@@ -123,14 +122,14 @@ pub struct Declaration {
     pub stages: &'static [Stage],
     /// What it does, as it stands in the declaration.
     pub(super) lines: &'static str,
-    pub(super) matters: fn(&Options, Stage) -> bool,
-    pub(super) get: fn(&Options) -> Value,
+    pub(super) matters: fn(&O, Stage) -> bool,
+    pub(super) get: fn(&O) -> Value,
     /// Sets the field if the value is of its type.
-    pub(super) set: fn(&mut Options, &Value) -> bool,
-    pub(super) copy: fn(&mut Options, &Options),
+    pub(super) set: fn(&mut O, &Value) -> bool,
+    pub(super) copy: fn(&mut O, &O),
 }
 
-impl Declaration {
+impl<O> DeclarationOf<O> {
     /// What it does.
     pub fn description(&self) -> String {
         let words: Vec<&str> = self.lines.split_whitespace().collect();
@@ -149,7 +148,7 @@ impl Declaration {
     }
 
     /// Its value.
-    pub fn value(&self, options: &Options) -> Value {
+    pub fn value(&self, options: &O) -> Value {
         (self.get)(options)
     }
 
@@ -160,12 +159,12 @@ impl Declaration {
     }
 
     /// Whether a stage's own work depends on it, under these options.
-    pub(crate) fn is_used(&self, stage: Stage, options: &Options) -> bool {
+    pub(crate) fn is_used(&self, stage: Stage, options: &O) -> bool {
         self.stages.contains(&stage) && (self.matters)(options, stage)
     }
 
     /// Takes it over from other options.
-    pub(crate) fn copy(&self, to: &mut Options, from: &Options) {
+    pub(crate) fn copy(&self, to: &mut O, from: &O) {
         (self.copy)(to, from);
     }
 }
@@ -224,8 +223,8 @@ macro_rules! declare {
         }
 
         /// Every option, in the order in which they are declared.
-        pub const DECLARATIONS: &[$crate::options::declaration::Declaration] = &[
-            $($crate::options::declaration::Declaration {
+        pub const DECLARATIONS: &[$crate::options::declaration::DeclarationOf<$options>] = &[
+            $($crate::options::declaration::DeclarationOf {
                 name: stringify!($name),
                 rule: $rule,
                 unit: $unit,
@@ -239,7 +238,7 @@ macro_rules! declare {
                 set: |options, value| $crate::options::value::Typed::read(value).map(|value| options.$name = value).is_some(),
                 copy: |to, from| to.$name.clone_from(&from.$name),
             },)+
-            $($crate::options::declaration::Declaration {
+            $($crate::options::declaration::DeclarationOf {
                 name: stringify!($group_name),
                 rule: $group_rule,
                 unit: $group_unit,

@@ -17,7 +17,7 @@ use super::choices::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order};
 use super::declaration::Audience::{Everyday, Further};
 use super::declaration::Group::{Method, Nodes, Shapes, Stipples, Tones, Work};
 use super::declaration::Stage::{self, Emphasis, FirstGraph, Importance, Labels, Outlines, SecondGraph, Tone};
-use super::declaration::declare;
+use super::declaration::{DeclarationOf, declare};
 use super::value::Rule::{Color, Switch, UpTo, Whole, Within, Words, WordsOrWithin};
 
 /// The most nodes that a budget may ask for.
@@ -139,6 +139,9 @@ declare! {
         crossings: Crossings = Crossings::Tone, Crossings::Midpoint, Words(Crossings::WORDS), "", Method, Further, [Outlines];
     }
 }
+
+/// An option as it is declared, a field of [`Options`] or of its [`Published`].
+pub type Declaration = DeclarationOf<Options>;
 
 impl Published {
     /// The alpha of the diffusion that a stage runs.

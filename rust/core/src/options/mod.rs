@@ -16,8 +16,8 @@ use crate::base::{Checked, Error, Result};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL};
 pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order};
-pub use declaration::{Absent, Audience, Declaration, Group, PUBLISHED, Stage};
-pub use declared::{DECLARATIONS, Options, Published};
+pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
+pub use declared::{DECLARATIONS, Declaration, Options, Published};
 pub use presets::{Preset, preset, presets};
 pub use schema::schema;
 pub use value::{Rule, Value};
