@@ -42,6 +42,69 @@ def test_everything_promised_exists() -> None:
     assert re.fullmatch(r"\d+\.\d+\.\d+.*", gs.__version__)
 
 
+HEAVY = {"PIL", "cv2", "json", "numpy", "scipy", "shapely"}
+"""Packages that take long to import."""
+
+ON_DEMAND = {f"graphstipple.{name}" for name in ("importance", "metrics", "stages")}
+"""Parts of the package that a drawing does not need."""
+
+
+def imported(program: str) -> set[str]:
+    """Return what a program imports in a fresh interpreter, of the above."""
+    lines = ["import sys", "before = set(sys.modules)", program, "print(*(set(sys.modules) - before))"]
+    run = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    return set(run.stdout.split()) & (HEAVY | ON_DEMAND)
+
+
+def test_importing_is_light() -> None:
+    assert imported("import graphstipple") == set()
+    assert imported("import graphstipple as gs\ngs.__version__, gs.GraphStippleError, dir(gs)") == set()
+
+
+def test_drawing_needs_numpy_alone(small: np.ndarray, tmp_path: Path) -> None:
+    Image.fromarray(small).save(tmp_path / "photo.png")
+    lines = [
+        "import graphstipple as gs, numpy as np",
+        f"for photo in (np.linspace(0, 1, 4800).reshape(60, 80), {str(tmp_path / 'photo.png')!r}):",
+        "    drawing = gs.Session(photo).draw(gs.draw(photo, options=gs.Options.preset('linocut')).options)",
+        "    drawing.save('out.svg'), drawing.save('out.png'), drawing.rasterize(), drawing.stats, drawing.graph, drawing.stipples",
+        "    gs.load('out.svg').options",
+    ]
+    folder = f"import os; os.chdir({str(tmp_path)!r})"
+    assert imported("\n".join([folder, *lines])) == {"numpy"}
+
+
+@pytest.mark.parametrize(
+    ("name", "use"),
+    [
+        ("stages", "assert gs.stages.tone(grey).shape == (2, 2) and gs.stages is sys.modules['graphstipple.stages']"),
+        ("metrics", "assert gs.metrics.psnr(grey, grey) == np.inf and gs.metrics is sys.modules['graphstipple.metrics']"),
+        (
+            "importance",
+            "assert gs.saliency(grey).shape == (2, 2) and gs.saliency is sys.modules['graphstipple.importance'].saliency",
+        ),
+    ],
+)
+def test_what_a_drawing_does_not_need_is_imported_when_it_is_used(name: str, use: str) -> None:
+    start = ["import graphstipple as gs, numpy as np", "grey = np.array([[0.0, 0.5], [0.5, 1.0]])"]
+    check = ["assert set(gs.__all__) <= set(dir(gs))", f"assert not {ON_DEMAND} & set(sys.modules)"]
+    assert imported("\n".join([*start, *check, use])) & ON_DEMAND == {f"graphstipple.{name}"}
+    assert imported(f"import graphstipple.{name}") & ON_DEMAND == {f"graphstipple.{name}"}
+
+
+def test_a_star_imports_all_names() -> None:
+    imported("from graphstipple import *\nassert callable(draw) and callable(saliency) and callable(stages.tone) and metrics.psnr")
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="module 'graphstipple' has no attribute 'drew'"):
+        gs.drew  # noqa: B018
+    assert not hasattr(gs, "_later")
+    with pytest.raises(ImportError, match="cannot import name 'drew'"):
+        exec("from graphstipple import drew")
+
+
 def test_size_and_rasters(drawing: gs.Drawing) -> None:
     assert (drawing.width, drawing.height) == (128, 96)
     own = drawing.rasterize()

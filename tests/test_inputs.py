@@ -1,11 +1,14 @@
 """Everything that can be drawn, and what is refused."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from tests import oracles
 from tests.support import options_with
 
 import graphstipple as gs
@@ -192,12 +195,50 @@ def test_saliency_is_the_default_importance(small: np.ndarray, expected: gs.Draw
     assert map_.min() >= 0
     assert map_.max() <= 1
     np.testing.assert_array_equal(expected.importance, gs.stages.importance(gs.stages.tone(small), map_))
-    np.testing.assert_array_equal(map_, _core.saliency(_core.luma(small, (255, 255, 255))))
     assert same(gs.draw(small, importance="saliency"), expected)
     assert same(gs.draw(small, importance=None), expected)
     alone = gs.Options(detail=0.0, floor=0.0, midtones=0.0)
     given = gs.draw(small, importance=expected.importance, options=alone)
     np.testing.assert_array_equal(given.graph.sites, expected.graph.sites)
+
+
+def test_the_default_importance_is_opencvs_in_every_pixel(photo: np.ndarray) -> None:
+    # The photo's own detail left out, the importance is the map.
+    alone = gs.Options(detail=0.0, floor=0.0, midtones=0.0, nodes=100, relax=0)
+    grey = _core.luma_to_u8(gs.stages.tone(photo))
+    np.testing.assert_array_equal(gs.draw(photo, options=alone).importance, oracles.saliency(grey))
+
+
+def test_saliency_by_another_method(astronaut: np.ndarray) -> None:
+    map_ = gs.saliency(astronaut, method="spectral-residual")
+    assert map_.shape == astronaut.shape[:2]
+    assert map_.dtype == np.float32
+    assert map_.min() >= 0
+    assert 0.5 < map_.max() <= 1
+    assert not np.array_equal(map_, gs.saliency(astronaut, method="fine-grained"))
+    np.testing.assert_array_equal(gs.saliency(astronaut), gs.saliency(astronaut, method="fine-grained"))
+    assert gs.draw(astronaut, importance=map_).stats["nodes"] > 1000
+    with pytest.raises(gs.InvalidInputError, match=r"method is 'coarse', but it must be .*fine-grained.* or .*spectral-residual"):
+        gs.saliency(astronaut, method="coarse")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("method", ["fine-grained", "spectral-residual"])
+def test_saliency_without_opencvs_says_what_to_install(
+    small: np.ndarray, expected: gs.Drawing, monkeypatch: pytest.MonkeyPatch, method: Any
+) -> None:
+    # Another wheel of OpenCV has taken its place.
+    with monkeypatch.context() as patch:
+        patch.delattr(cv2, "saliency")
+        with pytest.raises(gs.MissingPackageError, match=r"pip install .*opencv-contrib-python-headless$") as missing:
+            gs.saliency(small, method=method)
+        assert "\n" not in str(missing.value)
+        assert same(gs.draw(small), expected)
+        assert same(gs.Session(small).draw(), expected)
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "cv2", None)
+        with pytest.raises(gs.MissingPackageError, match=r"pip install opencv-contrib-python-headless$"):
+            gs.saliency(small, method=method)
+        assert same(gs.draw(small), expected)
 
 
 @pytest.mark.parametrize("image", [np.full((40, 60), 0.3), np.zeros((1, 1)), np.zeros((2, 2)), np.ones((1, 300))])
