@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,9 +20,12 @@ import pytest
 from PIL import Image
 from tests import oracles
 from tests.commands import FAILURE, USAGE, assert_one_sentence, done, native_binary, run
-from tests.support import GOLDEN, GOLDEN_CASES, ROOT, photo
+from tests.support import GOLDEN, GOLDEN_CASES, PUBLISHED, ROOT, options_with, photo
 
 import graphstipple as gs
+from graphstipple import _core
+
+SUFFIXES = [suffix for suffix, *_ in _core.formats()]
 
 CONSOLE_SCRIPT = Path(sysconfig.get_path("scripts")) / "graphstipple"
 
@@ -56,6 +63,15 @@ def photos(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def flags(**changes: object) -> list[object]:
+    """Return what changes these options on the command line, parameters of the published method among them."""
+    return [
+        part
+        for name, value in changes.items()
+        for part in (("--published", f"{name}={value}") if name in PUBLISHED else (f"--{name.replace('_', '-')}", value))
+    ]
+
+
 # The same drawing on all ways in -------------------------------------------------------------------------------------------------
 
 FILES = ["coffee.png", "astronaut.jpg", "turned.jpg", "deep.png", "clear.png", "rocket.webp", "camera.tif"]
@@ -72,19 +88,19 @@ def test_the_same_map_gives_the_same_svg(program, photos, tmp_path, name):
     arguments = [
         "--importance",
         photos / "map.png",
-        "--density",
-        1.5,
+        "--published",
+        "density=1.5",
         "--nodes",
         4000,
         "--relax",
         2,
-        "--alpha",
-        1,
-        "--lattice",
-        "square",
+        "--published",
+        "alpha=1",
+        "--published",
+        "lattice=square",
     ]
     done(program, photos / name, "-o", tmp_path / "out.svg", *arguments, "--threads", 2)
-    options = gs.Options(density=1.5, nodes=4000, relax=2, alpha=1.0, lattice="square")
+    options = options_with(density=1.5, nodes=4000, relax=2, alpha=1.0, lattice="square")
     assert (tmp_path / "out.svg").read_bytes() == gs.draw(
         photos / name, importance=photos / "map.png", options=options
     ).svg().encode()
@@ -101,8 +117,12 @@ def test_importance_by_name(command, photos, tmp_path, importance):
     ("arguments", "options"),
     [
         (
-            ["--k1", 2, "--k2", 0.5, "--base", 0.4, "--detail-gain", 3, "--rings", 2],
-            {"k1": 2, "k2": 0.5, "base": 0.4, "detail_gain": 3, "rings": 2},
+            flags(k1=2, k2=0.5, base=0.4, detail_gain=3, hops=2, alpha="dynamic"),
+            {"k1": 2, "k2": 0.5, "base": 0.4, "detail_gain": 3, "hops": 2, "alpha": "dynamic"},
+        ),
+        (
+            ["--published", "importance-alpha=0.8", "--published", "detail-gain=3", "--published", "alpha=dynamic"],
+            {"importance_alpha": 0.8, "detail_gain": 3, "alpha": "dynamic"},
         ),
         (
             ["--linear", "--gamma", 1.4, "--contrast", 1.2, "--invert"],
@@ -111,8 +131,8 @@ def test_importance_by_name(command, photos, tmp_path, importance):
         (["--stipple-min", 0.6, "--stipple-max", 1.5], {"stipple_min": 0.6, "stipple_max": 1.5}),
         (["--irregularity", 0.7, "--seed", 2**53], {"irregularity": 0.7, "seed": 2**53}),
         (
-            ["--importance-alpha", 0.8, "--alpha", "dynamic", "--stipple-scale", 0.7, "--tolerance", 0.5],
-            {"importance_alpha": 0.8, "alpha": "dynamic", "stipple_scale": 0.7, "tolerance": 0.5},
+            ["--shading", 0.4, "--stipple-scale", 0.7, "--tolerance", 0.25],
+            {"shading": 0.4, "stipple_scale": 0.7, "tolerance": 0.25},
         ),
         (["--nodes-per-pixel", 0.2, "--relax", 0], {"nodes_per_pixel": 0.2, "relax": 0}),
         (
@@ -124,15 +144,15 @@ def test_importance_by_name(command, photos, tmp_path, importance):
             {"refine": 3, "crispness": 1.5, "cohesion": 0.5, "split": 2},
         ),
         (
-            ["--tone-tolerance", "off", "--carry", "value", "--crossings", "midpoint", "--order", "global"],
-            {"tone_tolerance": None, "carry": "value", "crossings": "midpoint", "order": "global"},
+            ["--tone-tolerance", "off", *flags(error_weighting="value", crossings="midpoint", order="global", density="auto")],
+            {"tone_tolerance": None, "error_weighting": "value", "crossings": "midpoint", "order": "global"},
         ),
     ],
-    ids=["diffusion", "tone", "radii", "irregular dots", "alphas and outlines", "budget", "detail", "refinement", "ours off"],
+    ids=["diffusion", "kebab case", "tone", "radii", "irregular dots", "shapes", "budget", "detail", "refinement", "ours off"],
 )
 def test_every_option_means_the_same(command, photos, tmp_path, arguments, options):
     done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", *arguments)
-    assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=gs.Options(**options)).svg()
+    assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=options_with(**options)).svg()
 
 
 @pytest.mark.parametrize("name", [preset.name for preset in gs.presets()])
@@ -150,14 +170,13 @@ def test_presets_are_listed_without_a_photo(command):
 
 @pytest.mark.parametrize("name", GOLDEN_CASES)
 def test_the_command_makes_the_golden_drawings(command, tmp_path, name):
-    options = GOLDEN_CASES[name]
-    arguments = [part for key, value in options.items() for part in (f"--{key.replace('_', '-')}", value)]
-    result = done(command, GOLDEN / f"{name}.png", "-o", tmp_path / "out.svg", "--stats", *arguments)
+    changes = GOLDEN_CASES[name]
+    result = done(command, GOLDEN / f"{name}.png", "-o", tmp_path / "out.svg", "--stats", *flags(**changes))
     stats = json.loads(result.stdout)
     assert {key: stats[key] for key in json.loads((GOLDEN / f"{name}.json").read_text())["counts"]} == json.loads(
         (GOLDEN / f"{name}.json").read_text()
     )["counts"]
-    assert (tmp_path / "out.svg").read_text() == gs.draw(GOLDEN / f"{name}.png", options=gs.Options(**options)).svg()
+    assert (tmp_path / "out.svg").read_text() == gs.draw(GOLDEN / f"{name}.png", options=options_with(**changes)).svg()
 
 
 def test_rust_saliency_is_opencvs_on_a_jpeg(photos):
@@ -181,7 +200,7 @@ def test_png_and_preview_are_the_raster(program, photos, tmp_path):
     assert (tmp_path / "python.svg").read_bytes() == (tmp_path / "out.svg").read_bytes()
 
 
-@pytest.mark.parametrize("suffix", ["svg", "pdf", "eps", "dxf", "png", "json"])
+@pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize(
     "keywords",
     [{}, {"width": "120mm", "margin": "5mm"}, {"style": "layered", "page": "A5"}, {"inks": "white", "width": 300}],
@@ -217,21 +236,187 @@ def test_no_progress_bar_when_piped(program, photos, tmp_path):
     assert result.stdout == result.stderr == b""
 
 
-def test_help_and_version(program):
-    text = done(program, "--help").stdout.decode()
-    for option in ("--density", "--nodes", "--nodes-per-pixel", "--relax", "--k1", "--k2", "--base", "--detail-gain", "--rings"):
-        assert option in text
-    for option in ("--importance", "--importance-alpha", "--alpha", "--lattice", "--gamma", "--contrast", "--invert", "--threads"):
-        assert option in text
-    for option in ("--stipple-scale", "--background", "--preview", "--preview-width", "--stats", "--output"):
-        assert option in text
-    for option in ("--style", "--inks", "--one-bit", "--tolerance", "--width", "--margin", "--page", "--dpi", "--min-dot"):
-        assert option in text
-    assert gs.__version__ in done(program, "--version").stdout.decode()
+# Help ----------------------------------------------------------------------------------------------------------------------------
+
+SCHEMA = _core.options_schema()["properties"]
+OPTIONS = {name: it for name, it in SCHEMA.items() if name != "published"}
+
+OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot"}
+OWN |= {"list-presets", "stats", "quiet", "help", "help-all", "version"}
+"""Flags that only a command has, besides the options of a drawing and the settings of its file."""
+
+
+def kebab(names: Iterable[str]) -> set[str]:
+    return {name.replace("_", "-") for name in names}
+
+
+def shown(text: str) -> list[str]:
+    """Return the flags of a help, in its order."""
+    return re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", text, flags=re.MULTILINE)
+
+
+def in_words(text: str) -> str:
+    """Return a text on one line."""
+    return " ".join(text.split())
+
+
+def test_help_is_short_and_shows_what_people_turn(program):
+    text = done(program, "--help", columns=80).stdout.decode()
+    assert done(program, "-h", columns=80).stdout.decode() == text
+    assert text.endswith("\n")
+    assert text.count("\n") <= 100
+    assert max(map(len, text.splitlines())) <= 80
+    everyday = {name for name, it in OPTIONS.items() if it["x-everyday"]}
+    settings = {name for name, *_ in _core.settings()}
+    assert len(shown(text)) == len(set(shown(text)))
+    assert set(shown(text)) == kebab(everyday | settings) | OWN
+    # Three examples, the five that most begin with, then the groups.
+    assert re.findall(r"^  graphstipple photo", text, flags=re.MULTILINE) == ["  graphstipple photo"] * 3
+    assert shown(text)[:5] == ["output", "preset", "nodes", "width", "preview"]
+    headings = re.findall(r"^([A-Z][A-Za-z ]+):$", text, flags=re.MULTILINE)
+    groups = list(dict.fromkeys(it["x-group"] for it in OPTIONS.values() if it["x-everyday"]))
+    assert headings == ["Examples", "Arguments", "To begin with", "File", "Size on paper", *groups, "Print"]
+    for name in everyday:
+        assert in_words(OPTIONS[name]["description"]).partition(". ")[0].rstrip(".") in in_words(text)
+    assert "--help-all" in text.splitlines()[-1]
+
+
+def test_the_long_help_shows_everything(program):
+    text = done(program, "--help-all", columns=80).stdout.decode()
+    settings = {name for name, *_ in _core.settings()}
+    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | {"options-schema"}
+    for name in PUBLISHED:
+        sentence = SCHEMA["published"]["properties"][name]["description"].partition(". ")[0].rstrip(".")
+        assert f" {name}: {sentence} [" in in_words(text), name
+    assert "--published <NAME=VALUE>" in text
+    for form, sentence in _core.sources():
+        assert f"{form} ({sentence})" in in_words(text)
+    for preset in gs.presets():
+        assert preset.name in text
 
 
 def test_both_programs_give_the_same_help(command):
-    assert done(command, "--help").stdout == done(CONSOLE_SCRIPT, "--help").stdout
+    for flag in ("--help", "--help-all", "--options-schema", "--list-presets", "--version"):
+        assert done(command, flag).stdout == done(CONSOLE_SCRIPT, flag).stdout
+
+
+def test_version(program):
+    for flag in ("--version", "-V"):
+        assert done(program, flag).stdout.decode() == f"graphstipple {gs.__version__}\n"
+
+
+def satisfies(value: object, schema: dict[str, Any]) -> bool:
+    """Whether a value keeps a JSON schema, of which the options' needs these few words."""
+    kinds: dict[str, Any] = {
+        "number": (int, float),
+        "integer": int,
+        "boolean": bool,
+        "string": str,
+        "null": type(None),
+        "object": dict,
+    }
+    if "anyOf" in schema:
+        return any(satisfies(value, form) for form in schema["anyOf"])
+    if not isinstance(value, kinds[schema["type"]]) or isinstance(value, bool) != (schema["type"] == "boolean"):
+        return False
+    if isinstance(value, dict):
+        properties = schema["properties"]
+        assert schema["additionalProperties"] is False
+        return all(name in properties and satisfies(it, properties[name]) for name, it in value.items())
+    if isinstance(value, str):
+        return value in schema.get("enum", [value]) and re.search(schema.get("pattern", ""), value) is not None
+    if isinstance(value, (int, float)) and schema["type"] != "boolean":
+        return schema.get("minimum", value) <= value <= schema.get("maximum", value) and value > schema.get("exclusiveMinimum", -1)
+    return True
+
+
+def test_the_schema_of_options(program):
+    schema = json.loads(done(program, "--options-schema").stdout)
+    assert schema == _core.options_schema()
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert schema["type"] == "object"
+    gamma, nodes = schema["properties"]["gamma"], schema["properties"]["nodes"]
+    assert (gamma["type"], gamma["minimum"], gamma["maximum"], gamma["default"]) == ("number", 0.1, 10, 1)
+    assert nodes["anyOf"] == [{"type": "integer", "minimum": 3, "maximum": 10**9}, {"type": "null"}]
+    assert schema["properties"]["published"]["properties"]["lattice"]["enum"] == ["hexagonal", "square"]
+    # What it says is what drawings have, and what Python takes and refuses.
+    for options in (gs.Options(), gs.Options.paper(), *(gs.Options.preset(preset.name) for preset in gs.presets())):
+        assert satisfies(dataclasses.asdict(options), schema)
+    for name, it in OPTIONS.items():
+        assert satisfies(it["default"], it), name
+        assert it["description"], name
+        for value in (-1, 0, 0.05, 1, 1.5, 7, 17, 101, 5000, 2**53, 2**53 + 1, True, None, "white", "#12", "#123", "lots"):
+            try:
+                gs.Options(**{name: value})
+            except gs.InvalidInputError:
+                assert not satisfies(value, it) or (name, value) == ("stipple_max", 0), (name, value)
+            else:
+                assert satisfies(value, it), (name, value)
+    for name, it in SCHEMA["published"]["properties"].items():
+        assert satisfies(it["default"], it), name
+        assert satisfies(it["x-paper"], it), name
+        for value in (-1, 0, 0.05, 1, 1.5, 7, 17, 5000, True, None, "tonal", "rows", "area", "tone", "square", "lots"):
+            try:
+                gs.Published(**{name: value})
+            except gs.InvalidInputError:
+                assert not satisfies(value, it), (name, value)
+            else:
+                assert satisfies(value, it), (name, value)
+
+
+def test_formats_are_one_table(program, bad_files, tmp_path):
+    suffixes = [f".{suffix}" for suffix in SUFFIXES]
+    listed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+    assert len(suffixes) == len(set(suffixes)) >= 6
+    assert f"File to write, {listed} by its suffix" in in_words(done(program, "--help").stdout.decode())
+    drawing = gs.draw(np.zeros((8, 8), np.uint8))
+    for name in ("out.gif", "out"):
+        result = run(program, bad_files / "good.png", "-o", name, cwd=tmp_path)
+        assert_one_sentence(result, USAGE)
+        assert result.stderr.decode().endswith(f"{listed}\n")
+        with pytest.raises(gs.InvalidInputError, match=f"{re.escape(listed)}$"):
+            drawing.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+    # Each is written, and those that say so are read.
+    assert all(suffix in (gs.Drawing.save.__doc__ or "") for suffix in suffixes)
+    read = [f".{suffix}" for suffix, _, _, is_read in _core.formats() if is_read]
+    for suffix in suffixes:
+        drawing.save(tmp_path / f"out{suffix}")
+        if suffix in read:
+            assert gs.load(tmp_path / f"out{suffix}").svg() == drawing.svg()
+        else:
+            with pytest.raises(gs.InvalidInputError, match=" or ".join(map(re.escape, read))):
+                gs.load(tmp_path / f"out{suffix}")
+
+
+# The published method ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_paper_with_one_parameter_changed(program, photos, tmp_path):
+    done(program, photos / "coffee.png", "-o", tmp_path / "out.svg", "--preset", "paper", "--published", "k1=2")
+    options = gs.Options.paper(published=gs.Published(k1=2.0))
+    assert (tmp_path / "out.svg").read_bytes() == gs.draw(photos / "coffee.png", options=options).svg().encode()
+    ours = gs.Options(published=gs.Options().published.replace(k1=2.0))
+    assert gs.draw(photos / "coffee.png", options=ours).svg() != gs.draw(photos / "coffee.png", options=options).svg()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("k9=1", f"--published is k9=1, but it must be NAME=VALUE with one of the names {', '.join(PUBLISHED)}"),
+        ("=1", f"--published is =1, but it must be NAME=VALUE with one of the names {', '.join(PUBLISHED)}"),
+        ("gamma=1", "--published is gamma=1, but it must be NAME=VALUE with one of the names "),
+        ("k1", "--published k1 "),
+        ("k1=x", '--published k1 is "x", but it must be a number between 0 and 1000'),
+        ("k1=5000", "--published k1 is 5000, but it must be between 0 and 1000"),
+        ("lattice=hex", '--published lattice is "hex", but it must be "hexagonal" or "square"'),
+    ],
+)
+def test_wrong_parameters_of_the_published_method(program, bad_files, tmp_path, given, message):
+    result = run(program, bad_files / "good.png", "-o", "out.svg", "--published", given, cwd=tmp_path)
+    assert_one_sentence(result, USAGE)
+    assert result.stderr.decode().startswith(f"graphstipple: error: {message}")
+    assert not list(tmp_path.iterdir())
 
 
 def test_module_run(photos, tmp_path):
@@ -318,20 +503,21 @@ def test_a_missing_preview_folder_leaves_nothing(program, bad_files, tmp_path):
         [],
         ["-o", "out.svg", "--preview", "preview.bmp"],
         ["-o", "out.svg", "--gamma", "nan"],
-        ["-o", "out.svg", "--density", "inf"],
-        ["-o", "out.svg", "--density", "0"],
-        ["-o", "out.svg", "--density", "17"],
-        ["-o", "out.svg", "--density", "two"],
+        ["-o", "out.svg", "--published", "density=inf"],
+        ["-o", "out.svg", "--published", "density=0"],
+        ["-o", "out.svg", "--published", "density=17"],
+        ["-o", "out.svg", "--published", "density=two"],
+        ["-o", "out.svg", "--density", "1"],
         ["-o", "out.svg", "--relax", "101"],
         ["-o", "out.svg", "--relax", "-1"],
-        ["-o", "out.svg", "--rings", "0"],
-        ["-o", "out.svg", "--alpha", "2"],
-        ["-o", "out.svg", "--alpha", "dynamical"],
+        ["-o", "out.svg", "--published", "hops=0"],
+        ["-o", "out.svg", "--published", "alpha=2"],
+        ["-o", "out.svg", "--published", "alpha=dynamical"],
         ["-o", "out.svg", "--preset", "lino"],
         ["-o", "out.svg", "--tone-tolerance", "none"],
         ["-o", "out.svg", "--nodes", "2"],
         ["-o", "out.svg", "--nodes", "1000", "--nodes-per-pixel", "0.2"],
-        ["-o", "out.svg", "--lattice", "triangular"],
+        ["-o", "out.svg", "--published", "lattice=triangular"],
         ["-o", "out.svg", "--threads", "0"],
         ["-o", "out.svg", "--importance", "constant:0"],
         ["-o", "out.svg", "--importance", "constant:nan"],
@@ -368,23 +554,23 @@ def test_no_arguments_at_all(program):
     ("options", "names"),
     [
         ({"gamma": float("nan")}, "gamma"),
-        ({"density": float("inf")}, "density"),
-        ({"density": 0.0}, "density"),
+        ({"density": float("inf")}, "published.density"),
+        ({"density": 0.0}, "published.density"),
         ({"relax": 101}, "relax"),
         ({"relax": -1}, "relax"),
-        ({"rings": 0}, "rings"),
-        ({"alpha": 2.0}, "alpha"),
-        ({"alpha": "dynamical"}, "alpha"),
+        ({"hops": 0}, "published.hops"),
+        ({"alpha": 2.0}, "published.alpha"),
+        ({"alpha": "dynamical"}, "published.alpha"),
         ({"nodes": 1000, "nodes_per_pixel": 0.2}, "nodes"),
-        ({"lattice": "triangular"}, "lattice"),
+        ({"lattice": "triangular"}, "published.lattice"),
         ({"threads": 0}, "threads"),
-        ({"k1": "much"}, "k1"),
+        ({"k1": "much"}, "published.k1"),
     ],
     ids=str,
 )
 def test_wrong_options_in_python(options, names):
     with pytest.raises(gs.InvalidInputError) as caught:
-        gs.Options(**options)
+        options_with(**options)
     assert names in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -454,7 +640,7 @@ def test_transparency_lies_on_the_background(photos):
 
 def test_sixteen_bits_are_kept():
     ramp = np.linspace(30000, 30200, 64 * 48).reshape(48, 64).astype(np.uint16)
-    assert len(np.unique(gs.draw(ramp, importance="none", options=gs.Options(density=1.0)).graph.tone)) > 100
+    assert len(np.unique(gs.draw(ramp, importance="none", options=options_with(density=1.0)).graph.tone)) > 100
 
 
 def test_the_file_of_a_drawing_is_its_svg_with_a_preview(tmp_path):
