@@ -189,13 +189,12 @@ mod tests {
     fn the_suffix_says_the_format() {
         assert_eq!(format_of_path(Path::new("a/b.SVG")).unwrap().suffix, "svg");
         assert_eq!(format_of_path(Path::new("b.png")).unwrap().suffix, "png");
-        for (path, message) in [
-            ("a.gif", "a.gif: the suffix must be .svg, .pdf, .eps, .dxf, .png or .json"),
-            ("a", "a: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json"),
-            (".svg", ".svg: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json"),
-        ] {
+        let suffixes = Format::suffixes();
+        for (path, rule) in
+            [("a.gif", "the suffix must be"), ("a", "the file name needs a suffix,"), (".svg", "the file name needs a suffix,")]
+        {
             let error = format_of_path(Path::new(path)).unwrap_err();
-            assert_eq!((error.to_string().as_str(), error.exit_code()), (message, 2));
+            assert_eq!((error.to_string(), error.exit_code()), (format!("{path}: {rule} {suffixes}"), 2));
         }
     }
 

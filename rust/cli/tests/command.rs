@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use graphstipple_core::Format;
+
 /// A folder of its own for each test, with a small photo in it.
 struct Desk {
     folder: tempfile::TempDir,
@@ -114,8 +116,8 @@ fn wrong_usage_is_two_and_one_line() {
             "photo.png -o a.svg --nodes 10 --nodes-per-pixel 1",
             "--nodes-per-pixel is 1, but it must be left out when nodes is given: the budget is one or the other".into(),
         ),
-        ("photo.png -o a.gif", "a.gif: the suffix must be .svg, .pdf, .eps, .dxf, .png or .json".into()),
-        ("photo.png -o a", "a: the file name needs a suffix, .svg, .pdf, .eps, .dxf, .png or .json".into()),
+        ("photo.png -o a.gif", format!("a.gif: the suffix must be {}", Format::suffixes())),
+        ("photo.png -o a", format!("a: the file name needs a suffix, {}", Format::suffixes())),
         ("photo.png -o a.png --preview a.png", "a.png: the preview must be another file than the output".into()),
         ("photo.png -o photo.png", "photo.png: the drawing would replace an image that it is made from".into()),
     ] {
