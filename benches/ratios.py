@@ -31,7 +31,11 @@ from PIL import Image
 import graphstipple as gs
 from graphstipple import _core
 
-OPTIONS = {"density": 1.0, "nodes_per_pixel": 0.3}
+DENSITY, NODES_PER_PIXEL = 1.0, 0.3
+OPTIONS = gs.Options(nodes_per_pixel=NODES_PER_PIXEL, published=gs.Options().published.replace(density=DENSITY))
+FLAGS = [f"--nodes-per-pixel={NODES_PER_PIXEL}", f"--published=density={DENSITY}"]
+"""The same on the command line."""
+
 LIMIT = 600
 """Seconds after which a command is stopped."""
 
@@ -70,9 +74,8 @@ def write_photo(path: Path, size: tuple[int, int], is_smoke_run: bool) -> npt.ND
 
 def python(photo: npt.NDArray[np.uint8], runs: int) -> Figure:
     """`gs.draw`, saliency included, beside OpenCV's saliency alone, in turn in this process."""
-    options = gs.Options(**OPTIONS)
     saliency = cv2.saliency.StaticSaliencyFineGrained_create()
-    ours, theirs = medians(runs, lambda: gs.draw(photo, options=options), lambda: saliency.computeSaliency(photo))
+    ours, theirs = medians(runs, lambda: gs.draw(photo, options=OPTIONS), lambda: saliency.computeSaliency(photo))
     return Figure(
         "Python, with saliency / OpenCV's saliency", ours / theirs, at_most=5, note=f"{ours:.3f} s, OpenCV {theirs:.3f} s"
     )
@@ -81,41 +84,36 @@ def python(photo: npt.NDArray[np.uint8], runs: int) -> Figure:
 def relabel(photo: npt.NDArray[np.uint8], runs: int) -> Figure:
     """Draw again in a session with another share of the error passed on, beside `gs.draw`, which has to find all; in turn."""
     session = gs.Session(photo)
-    options = gs.Options(**OPTIONS)
-    others = itertools.cycle([options.replace(base=2 * options.base), options])
-    session.draw(options)
-    again, whole = medians(runs, lambda: session.draw(next(others)), lambda: gs.draw(photo, options=options))
+    others = itertools.cycle([OPTIONS.replace(shading=2 * OPTIONS.shading), OPTIONS])
+    session.draw(OPTIONS)
+    again, whole = medians(runs, lambda: session.draw(next(others)), lambda: gs.draw(photo, options=OPTIONS))
     note = f"{again:.3f} s; saliency is in the whole"
-    return Figure("session redrawn with another base / whole drawing", again / whole, at_most=1 / 3, note=note)
+    return Figure("session redrawn with another shading / whole drawing", again / whole, at_most=1 / 3, note=note)
 
 
 def command(path: Path, runs: int) -> Figure:
-    """Run the native binary as a whole process, beside its parts called alone in this one: decoding, saliency, core."""
+    """Run the native binary as a whole process, beside its parts called alone in this one: decoding; saliency and core."""
     binary = str(native_binary())
-    flags = [f"--{name.replace('_', '-')}={value}" for name, value in OPTIONS.items()]
     drawn = path.with_suffix(".svg")
-    options = gs.Options(**OPTIONS)._json()
 
     def whole() -> None:
-        done = measure([binary, str(path), "-o", str(drawn), "--quiet", *flags], LIMIT)
+        done = measure([binary, str(path), "-o", str(drawn), "--quiet", *FLAGS], LIMIT)
         if done.failure is not None:
             sys.exit(f"the command line failed: {done.failure}")
         seconds.append(done.seconds)
 
     seconds: list[float] = []
     luma = _core.read_luma(str(path), (255, 255, 255))
-    found = _core.saliency(luma)
-    decoding, saliency, alone, _ = medians(
+    decoding, drawing, _ = medians(
         runs,
         lambda: _core.read_luma(str(path), (255, 255, 255)),
-        lambda: _core.saliency(luma),
-        lambda: _core.draw(luma, "saliency", found, options),
+        lambda: _core.draw(luma, "saliency", OPTIONS._core),
         whole,
     )
     ours = statistics.median(seconds)
-    parts = decoding + saliency + alone
-    note = f"{ours:.3f} s; decoding {decoding:.3f}, saliency {saliency:.3f}, core {alone:.3f} s"
-    return Figure("command line, start to file / decoding + saliency + core", ours / parts, at_most=1.6, note=note)
+    note = f"{ours:.3f} s; decoding {decoding:.3f}, saliency and core {drawing:.3f} s"
+    title = "command line, start to file / decoding + saliency + core"
+    return Figure(title, ours / (decoding + drawing), at_most=1.6, note=note)
 
 
 def medians(runs: int, *calls: Callable[[], object]) -> list[float]:
@@ -135,7 +133,7 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="a tiny photo and single runs: whether this still runs")
     arguments = parser.parse_args()
     size, runs = (TINY_SIZE, 1) if arguments.smoke else (SIZE, RUNS)
-    print(f"density {OPTIONS['density']:g}, {OPTIONS['nodes_per_pixel']} nodes a pixel, {os.cpu_count()} processors; ", end="")
+    print(f"density {DENSITY:g}, {NODES_PER_PIXEL} nodes a pixel, {os.cpu_count()} processors; ", end="")
     print(f"medians of {runs} runs\n")
     print(f"{'':<58}{'measured':>10}{'limit':>10}", flush=True)
     with TemporaryDirectory() as temporary:

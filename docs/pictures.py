@@ -169,8 +169,9 @@ def main() -> None:
     # An importance that grows from left to right, and the nodes that each order keeps of it.
     slope = np.tile(np.linspace(0.02, 1, 150, dtype=np.float32), (100, 1))
     panels = []
+    ours = gs.Options().published
     for order in ("global", "rows"):
-        chosen = gs.stages.lattice_labels(slope, gs.Options(nodes=2_500, importance_order=order))
+        chosen = gs.stages.lattice_labels(slope, gs.Options(nodes=2_500, published=ours.replace(importance_order=order)))
         kept = chosen.sites[chosen.labels == 1]
         panels.append(graph(kept, np.empty((0, 2), int), np.zeros(len(kept)), (0, 0, 150, 100), 4))
     write(folder / "order.png", panels)
@@ -178,7 +179,7 @@ def main() -> None:
     budgets = [gs.draw(photo, options=gs.Options(nodes=nodes)) for nodes in (5_000, 20_000, 80_000)]
     write(folder / "nodes.png", [drawn(one, HEAD, 2) for one in budgets])
 
-    alphas = [gs.draw(photo, options=gs.Options(alpha=alpha, refine=0)) for alpha in (0, "tonal", 1)]
+    alphas = [gs.draw(photo, options=gs.Options(published=ours.replace(alpha=alpha), refine=0)) for alpha in (0, "tonal", 1)]
     write(folder / "alpha.png", [drawn(one, HEAD, 2) for one in alphas])
 
     refined = [

@@ -166,6 +166,12 @@ def small_photo() -> Photo:
     return Photo("astronaut", "0" * 64, pixels, gs.stages.tone(pixels))
 
 
+def flat(settings: dict[str, Any]) -> dict[str, object]:
+    """Return settings with the published method's as `published.NAME`."""
+    published = {f"published.{name}": value for name, value in settings["published"].items()}
+    return {**settings, **published, "published": None}
+
+
 def drawn(photo: Photo, budget: int | None = None) -> dict[str, Picture]:
     """Return the pictures of all our methods."""
     return {method.name: method.draw(photo, budget or 0) for method in ours.methods(budget)}
@@ -175,31 +181,32 @@ def test_our_methods_have_equal_nodes_and_ablations_change_one_thing(small_photo
     pictures = drawn(small_photo)
     default, paper = pictures[ours.DEFAULT], pictures[ours.PAPER]
     assert default.svg == gs.draw(small_photo.pixels).svg()
-    assert paper.settings["density"] == 1
+    assert paper.settings["published"] == dataclasses.asdict(gs.Published())
     assert paper.settings["tolerance"] == 0
     for picture in pictures.values():
         assert picture.counts.nodes == pytest.approx(0.3 * small_photo.tone.size, rel=0.02)
         assert picture.raster.shape == small_photo.tone.shape
     changed = {
-        name: {key: value for key, value in pictures[name].settings.items() if value != paper.settings[key]}
+        name: {key: value for key, value in flat(pictures[name].settings).items() if value != flat(paper.settings)[key]}
         for name in ours.ABLATIONS
     }
     assert changed == {
         "paper-constant-importance": {"importance": "constant:1"},
         "paper-no-relaxation": {"relax": 0},
-        "paper-alpha-1": {"alpha": 1.0},
+        "paper-alpha-1": {"published.alpha": 1.0},
     }
     assert pictures["paper-alpha-1"].counts.nodes == paper.counts.nodes
 
 
 def test_the_defaults_without_an_idea_have_the_paper_s_values_of_its_options_and_every_idea_is_there(small_photo: Photo) -> None:
-    default, paper = dataclasses.asdict(gs.Options()), dataclasses.asdict(gs.Options.paper())
+    default, paper = (flat(dataclasses.asdict(options)) for options in (gs.Options(), gs.Options.paper()))
     pictures = drawn(small_photo)
-    differing = {option for option, value in default.items() if value != paper[option]} - {"density", "nodes", "tolerance"}
+    differing = {option for option, value in default.items() if value != paper[option]}
+    differing -= {"published.density", "nodes", "tolerance"}
     set_back = set()
     for name in ours.WITHOUT:
-        settings = pictures[name].settings
-        changed = {option for option in default if settings[option] != pictures[ours.DEFAULT].settings[option]}
+        settings = flat(pictures[name].settings)
+        changed = {option for option in default if settings[option] != flat(pictures[ours.DEFAULT].settings)[option]}
         assert changed, name
         assert {option: settings[option] for option in changed} == {option: paper[option] for option in changed}
         assert not changed & set_back
@@ -250,7 +257,7 @@ def test_the_measures_of_a_drawing_are_those_of_its_graph_and_its_curves(small_p
 def test_a_straight_edge_is_no_labyrinth() -> None:
     pixels = np.zeros((150, 200), np.uint8)
     pixels[:, 90:] = 255
-    drawing = gs.draw(pixels, options=gs.Options.paper(alpha=0.0))
+    drawing = gs.draw(pixels, options=support.options_with("paper", alpha=0.0))
     found = labyrinth.measures(drawing)
     assert found["small_regions"] == 0
     assert found["boundary"] * drawing.stats["nodes"] == pytest.approx(150, rel=0.15)
@@ -275,9 +282,12 @@ def test_a_budget_that_cannot_be_met_is_said(small_photo: Photo) -> None:
 @pytest.mark.parametrize(
     ("text", "values", "names"),
     [
-        ("detail_gain=0,2.5,6", (0.0, 2.5, 6.0), ["detail_gain=0", "detail_gain=2.5", "detail_gain=6"]),
-        ("alpha=dynamic,1", ("dynamic", 1.0), ["alpha=dynamic", "alpha=1"]),
-        ("lattice=square", ("square",), ["lattice=square"]),
+        ("sharpen=0,2.5,6", (0.0, 2.5, 6.0), ["sharpen=0", "sharpen=2.5", "sharpen=6"]),
+        ("background=black", ("black",), ["background=black"]),
+        ("published.k1=0,1,2", (0.0, 1.0, 2.0), ["published.k1=0", "published.k1=1", "published.k1=2"]),
+        ("published.alpha=dynamic,1", ("dynamic", 1.0), ["published.alpha=dynamic", "published.alpha=1"]),
+        ("published.lattice=square", ("square",), ["published.lattice=square"]),
+        ("published.density=null,2", (None, 2.0), ["published.density=None", "published.density=2"]),
         ("invert=true,false", (True, False), ["invert=True", "invert=False"]),
         ("nodes=null,5000", (None, 5000), ["nodes=None", "nodes=5000"]),
     ],
@@ -293,6 +303,10 @@ def test_a_sweep_changes_its_option_alone(small_photo: Photo) -> None:
     picture, same = (method.draw(small_photo, 0) for method in Sweep.parse("relax=3,1").methods(None))
     assert {key: value for key, value in picture.settings.items() if value != default.settings[key]} == {"relax": 3}
     assert same.svg == default.svg
+    (picture,) = (method.draw(small_photo, 0) for method in Sweep.parse("published.alpha=0.5").methods(None))
+    expected, found = flat(default.settings), flat(picture.settings)
+    assert {key: value for key, value in found.items() if value != expected[key]} == {"published.alpha": 0.5}
+    assert picture.svg != default.svg
 
 
 def test_a_sweep_is_brought_to_the_budget_unless_it_sets_the_nodes(small_photo: Photo) -> None:
@@ -675,10 +689,10 @@ def test_a_setting_is_chosen_on_the_other_photos() -> None:
     on_the_first = PAPER_FIGURES + 3 * psnr * np.array([[1], [0], [0]])
     assert cross_validation.chosen(np.array([PAPER_FIGURES, on_all, on_the_first]), PAPER_FIGURES) == [1, 2, 2]
     assert cross_validation.chosen(np.array([on_all, on_all]), PAPER_FIGURES) == [0, 0, 0]
-    text = cross_validation.summary(["a", "b", "c"], {ours.DEFAULT: on_all, ours.PAPER: PAPER_FIGURES, "base=0.7": on_the_first})
-    assert "| base=0.7 | +0.0 % | +0.0 % | +0.0 % | +1.00 | +0.0000 | +0.0 % | 0.100 |" in text
+    text = cross_validation.summary(["a", "b", "c"], {ours.DEFAULT: on_all, ours.PAPER: PAPER_FIGURES, "shading=0.7": on_the_first})
+    assert "| shading=0.7 | +0.0 % | +0.0 % | +0.0 % | +1.00 | +0.0000 | +0.0 % | 0.100 |" in text
     assert "| a | graphstipple | +0.0 % | +0.0 % | +0.0 % | +1.00 |" in text
-    assert "| b | base=0.7 | +0.0 % | +0.0 % | +0.0 % | +0.00 |" in text
+    assert "| b | shading=0.7 | +0.0 % | +0.0 % | +0.0 % | +0.00 |" in text
     assert "| all, left out |  | +0.0 % | +0.0 % | +0.0 % | +0.33 |" in text
 
 
@@ -686,8 +700,8 @@ def test_the_grid_is_made_of_options_and_leaves_out_their_defaults_and_what_they
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert set(cross_validation.GRID) <= {field.name for field in dataclasses.fields(gs.Options)}
-    monkeypatch.setattr(cross_validation, "GRID", {"contrast": (0.7, 1, 1.4, 100), "k2": (0.333333,), "stipple_scale": (1,)})
-    assert cross_validation.sweeps() == (Sweep("contrast", (0.7, 1.4)), Sweep("k2", (0.0333,)))
+    monkeypatch.setattr(cross_validation, "GRID", {"contrast": (0.7, 1, 1.4, 100), "cohesion": (0.333333,), "stipple_scale": (1,)})
+    assert cross_validation.sweeps() == (Sweep("contrast", (0.7, 1.4)), Sweep("cohesion", (0.0667,)))
 
 
 def test_one_photo_is_too_few_to_leave_one_out(tmp_path: Path) -> None:
@@ -718,12 +732,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["--budget", "0"], "the budget is '0'"),
         (["--budget", "dots"], "the budget is 'dots'"),
         (["--jobs", "0"], "--jobs is '0'"),
-        (["--sweep", "detail_gian=1"], "there is no option 'detail_gian'"),
-        (["--sweep", "detail_gain=-1"], "detail_gain is -1"),
-        (["--sweep", "detail_gain=much"], "detail_gain"),
-        (["--sweep", "detail_gain"], "no sweep"),
-        (["--sweep", "detail_gain=1,,2"], "no sweep"),
-        (["--sweep", "detail_gain=6,6.0"], "a value twice"),
+        (["--sweep", "shadnig=1"], "there is no option 'shadnig' to sweep over: it must be one of nodes, fineness, "),
+        (["--sweep", "k1=1"], ", threads, published.lattice, published.density, published.k1, "),
+        (["--sweep", "published=1"], "there is no option 'published' to sweep over"),
+        (["--sweep", "published.k9=1"], "there is no option 'published.k9' to sweep over"),
+        (["--sweep", "published.k1=-1"], "published.k1 is -1"),
+        (["--sweep", "shading=-1"], "shading is -1"),
+        (["--sweep", "shading=much"], 'shading is "much"'),
+        (["--sweep", "shading"], "no sweep"),
+        (["--sweep", "shading=1,,2"], "no sweep"),
+        (["--sweep", "published.detail_gain=6,6.0"], "a value twice"),
         (["--sweep", "relax=0", "--sweep", "relax=1"], "two sweeps are over one option"),
         (["--colour"], "--colour"),
     ],
@@ -839,12 +857,19 @@ def test_what_is_done_survives_an_interruption(folder: Path, tmp_path: Path, how
 
 @pytest.mark.usefixtures("weights")
 def test_a_whole_run_and_its_files(folder: Path, tmp_path: Path) -> None:
-    arguments = [folder, "--methods", "paper", "--sweep", "relax=0", "--out", tmp_path / "out"]
+    sweeps = ["--sweep", "relax=0", "--sweep", "published.k1=2"]
+    arguments = [folder, "--methods", "paper", *sweeps, "--out", tmp_path / "out"]
     one = evaluate(*arguments, "--jobs", "1")
     assert one.returncode == cli.DONE, one.stderr
-    assert [line.split("]")[0] for line in one.stderr.splitlines()] == ["[1/3", "[2/3", "[3/3"]
+    assert [line.split("]")[0] for line in one.stderr.splitlines()] == ["[1/4", "[2/4", "[3/4", "[4/4"]
     content = json.loads((tmp_path / "out" / "results.json").read_text())
-    assert [picture["method"] for picture in content["pictures"]] == [ours.DEFAULT, "paper", "relax=0"]
+    assert [picture["method"] for picture in content["pictures"]] == [ours.DEFAULT, "paper", "relax=0", "published.k1=2"]
+    default, swept = (content["pictures"][i]["settings"] for i in (0, 3))
+    assert default["published"] == dataclasses.asdict(gs.Options().published)
+    assert swept == {**default, "published": {**default["published"], "k1": 2.0}}
+    assert 'id="table-sweep-published.k1-512"' in (tmp_path / "out" / "index.html").read_text()
+    (page,) = (tmp_path / "out").glob("photos/*.html")
+    assert page.read_text().count("published.k1 <b>2.0</b>") == 1
     with (tmp_path / "out" / "results.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     for row, picture in zip(rows, content["pictures"], strict=True):
@@ -856,7 +881,7 @@ def test_a_whole_run_and_its_files(folder: Path, tmp_path: Path) -> None:
     before = states(tmp_path)
     again = evaluate(*arguments)
     assert again.returncode == cli.DONE
-    assert "3 of them from before" in again.stdout
+    assert "4 of them from before" in again.stdout
     assert states(tmp_path) == before
     # Two processes make the same pictures as one.
     other = evaluate(*arguments[:-1], tmp_path / "other", "--jobs", "2")

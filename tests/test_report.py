@@ -41,7 +41,7 @@ def report(tmp_path_factory: pytest.TempPathFactory, weights: None) -> Path:
     (folder / "photos").mkdir()
     for name, crop in zip(PHOTOS, ("astronaut", "camera"), strict=True):
         Image.fromarray(support.photo(crop, 200, 190)).save(folder / "photos" / f"{name}.png")
-    sweep = f"detail_gain={','.join(map(str, VALUES))}"
+    sweep = f"published.detail_gain={','.join(map(str, VALUES))}"
     arguments = ["photos", "--methods", ",".join(METHODS), "--sweep", sweep, "--size", "180"]
     command = [sys.executable, "-m", "graphstipple_eval", *arguments, "--out", "report"]
     subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
@@ -167,7 +167,7 @@ def test_every_page_and_what_it_names_loads(report: Path, page: Page) -> None:
         ("#table-counts-180", ["graphstipple", "paper", "threshold", "floyd-steinberg", "lbg"]),
         ("#table-ablations-180", ["paper-alpha-1", "paper"]),
         ("#table-ideas-180", ["graphstipple", "no-area", "paper"]),
-        ("#table-sweep-detail_gain-180", [f"detail_gain={value}" for value in VALUES]),
+        ('[id="table-sweep-published.detail_gain-180"]', [f"published.detail_gain={value}" for value in VALUES]),
     ],
 )
 def test_tables_show_the_means_of_the_results(

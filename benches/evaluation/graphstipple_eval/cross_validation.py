@@ -31,7 +31,7 @@ from graphstipple_eval.results import Result
 from graphstipple_eval.selection import Selection
 
 GRID: dict[str, tuple[float, ...]] = {
-    "base": (0.5, 0.7, 1.4, 2),
+    "shading": (0.5, 0.7, 1.4, 2),
     "sharpen": (0.5, 0.7, 1.4, 2),
     "local_contrast": (0.5, 0.7, 1.4, 2),
     "floor": (0.5, 0.7, 1.4, 2),

@@ -6,21 +6,21 @@ same number of nodes. The ablations change one thing in `paper` and keep its nod
 
 - constant importance: `importance="constant:1"`, which the budget's factor brings to the same number of nodes;
 - no relaxation: `relax=0`;
-- alpha = 1: `alpha=1` where the tone is diffused; the importance is diffused as before, so the nodes are the same.
+- alpha = 1: `published.alpha=1` where the tone is diffused; the importance is diffused as before, so the nodes are the same.
 
 The other way round, the defaults without one of their ideas have the options of that idea as in `Options.paper()`, and all others,
 the node budget among them, as in the defaults:
 
 - detail in the importance: `detail`, `floor`, `midtones`;
 - emphasis: `sharpen`, `local_contrast`;
-- tonal alpha: `alpha`, `base`;
-- nodes labelled row by row: `importance_order` where they are chosen, `order` where they become black or white;
-- error carried by area: `carry`;
+- tonal alpha: `published.alpha`;
+- nodes labelled row by row: `published.importance_order` where they are chosen, `published.order` where they become black or white;
+- error carried by area: `published.error_weighting`;
 - labels refined: `refine`;
 - correction of the mean tone: `tone_tolerance`;
 - fused dots split: `split`;
-- crossings by tone: `crossings`;
-- alpha = 1 for the importance: `importance_alpha`.
+- crossings by tone: `published.crossings`;
+- alpha = 1 for the importance: `published.importance_alpha`.
 
 With a fixed budget of coordinates, each of these methods, and each value of a sweep, is drawn with other numbers of nodes until it
 writes so many; sweeps over the number of nodes are not.
@@ -30,6 +30,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -73,18 +74,21 @@ class _Variant:
     importance: str = "saliency"
 
 
+_PUBLISHED = gs.Options().published
+"""Our parameters of the published method."""
+
 _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-detail-importance", "no detail in the importance", {"detail": 0, "floor": 0, "midtones": 0}),
     ("no-emphasis", "no emphasis", {"sharpen": 0, "local_contrast": 0}),
-    ("no-tonal-alpha", "dynamic alpha", {"alpha": "dynamic", "base": 0.5}),
-    ("global-importance-order", "nodes chosen by priority", {"importance_order": "global"}),
-    ("global-order", "nodes labelled by priority", {"order": "global"}),
-    ("no-area", "error carried by value", {"carry": "value"}),
+    ("no-tonal-alpha", "dynamic alpha", {"published": _PUBLISHED.replace(alpha="dynamic")}),
+    ("global-importance-order", "nodes chosen by priority", {"published": _PUBLISHED.replace(importance_order="global")}),
+    ("global-order", "nodes labelled by priority", {"published": _PUBLISHED.replace(order="global")}),
+    ("no-area", "error carried by value", {"published": _PUBLISHED.replace(error_weighting="value")}),
     ("unrefined", "labels as diffused", {"refine": 0}),
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
     ("fused-dots", "fused dots left", {"split": 0}),
-    ("midpoint-crossings", "crossings at midpoints", {"crossings": "midpoint"}),
-    ("dynamic-importance-alpha", "dynamic alpha for the importance", {"importance_alpha": "dynamic"}),
+    ("midpoint-crossings", "crossings at midpoints", {"published": _PUBLISHED.replace(crossings="midpoint")}),
+    ("dynamic-importance-alpha", "dynamic alpha for the importance", {"published": _PUBLISHED.replace(importance_alpha="dynamic")}),
 )
 """The defaults without one idea: a name, a title, and the paper's values of the options that make the idea."""
 
@@ -93,7 +97,7 @@ _VARIANTS = (
     _Variant(PAPER, "graphstipple, paper's settings", "Graph-based Black and White Stylization, 2026", _paper),
     _Variant("paper-constant-importance", "paper, constant importance", "the paper's ablation", _paper, importance="constant:1"),
     _Variant("paper-no-relaxation", "paper, no relaxation", "the paper's ablation", _paper, {"relax": 0}),
-    _Variant("paper-alpha-1", "paper, alpha = 1", "the paper's ablation", _paper, {"alpha": 1.0}),
+    _Variant("paper-alpha-1", "paper, alpha = 1", "the paper's ablation", _paper, {"published": gs.Published(alpha=1.0)}),
     *(_Variant(name, f"defaults, {title}", "graphstipple", _default, changes) for name, title, changes in _WITHOUT),
 )
 
@@ -130,9 +134,9 @@ class Sweep:
     Parameters
     ----------
     option : str
-        A field of `graphstipple.Options`.
+        A field of `graphstipple.Options`, or `published.NAME` for one of `graphstipple.Published`.
     values : tuple
-        Its values, as `graphstipple.Options` stores them.
+        Its values, as they are stored there.
     """
 
     option: str
@@ -149,11 +153,13 @@ class Sweep:
         """
         option, equals, values = text.partition("=")
         if not equals or not all(values.split(",")):
-            raise gs.InvalidInputError(f"the sweep {text!r} is no sweep: it must be OPTION=VALUE,VALUE, such as detail_gain=0,6")
-        names = [field.name for field in dataclasses.fields(gs.Options)]
+            raise gs.InvalidInputError(f"the sweep {text!r} is no sweep: it must be OPTION=VALUE,VALUE, such as shading=0,0.5")
+        names = [field.name for field in dataclasses.fields(gs.Options) if field.name != "published"]
+        names += [f"published.{field.name}" for field in dataclasses.fields(gs.Published)]
         if option not in names:
             raise gs.InvalidInputError(f"there is no option {option!r} to sweep over: it must be one of {', '.join(names)}")
-        checked = tuple(getattr(gs.Options().replace(**{option: _value(value)}), option) for value in values.split(","))
+        read = operator.attrgetter(option)
+        checked = tuple(read(gs.Options().replace(**_changes(option, _value(value)))) for value in values.split(","))
         if len(set(checked)) < len(checked):
             raise gs.InvalidInputError(f"the sweep {text!r} has a value twice")
         return cls(option, checked)
@@ -171,8 +177,8 @@ class Sweep:
         made = []
         for value in self.values:
             short = str(value).removesuffix(".0")
-            variant = _Variant(f"{self.option}={short}", f"{self.option} = {short}", "graphstipple", _default, {self.option: value})
-            made.append(_method(variant, is_budgeted))
+            name, title = f"{self.option}={short}", f"{self.option} = {short}"
+            made.append(_method(_Variant(name, title, "graphstipple", _default, _changes(self.option, value)), is_budgeted))
         return tuple(made)
 
 
@@ -181,6 +187,12 @@ def _value(text: str) -> object:
         return json.loads(text)
     except json.JSONDecodeError:
         return text
+
+
+def _changes(option: str, value: object) -> dict[str, object]:
+    """Return the changes to the defaults that give an option, `published.NAME` among them, a value."""
+    group, _, name = option.rpartition(".")
+    return {group: _PUBLISHED.replace(**{name: value})} if group else {name: value}
 
 
 def _draw(variant: _Variant, photo: Photo, dots: int) -> Picture:
@@ -195,7 +207,7 @@ def _draw_at_budget(variant: _Variant, photo: Photo, dots: int) -> Picture:
     drawing = nearest = gs.draw(photo.pixels, variant.importance, options)
     tried = {int(drawing.stats["nodes"]): int(drawing.stats["coordinates"])}
     # Without a density, the lattice grows with the nodes, to somewhat more than this.
-    most = 15 * photo.tone.size if options.density is None else int(drawing.stats["lattice_nodes"])
+    most = 15 * photo.tone.size if options.published.density is None else int(drawing.stats["lattice_nodes"])
     while abs(nearest.stats["coordinates"] - dots) > COORDINATES_TOLERANCE * dots and len(tried) < MOST_DRAWS:
         nodes = min(_next_nodes(tried, dots), most)
         if nodes in tried:
@@ -226,6 +238,7 @@ def _next_nodes(tried: dict[int, int], wanted: int) -> int:
 def _picture(drawing: gs.Drawing, variant: _Variant, search: dict[str, object]) -> Picture:
     stats = drawing.stats
     counts = Counts(**{name: stats[name] for name in ("stipples", "regions", "vertices", "anchors", "coordinates", "nodes")})
+    assert isinstance(drawing.options, gs.Options)  # it comes from no file
     settings = {"importance": variant.importance, **dataclasses.asdict(drawing.options), **search}
     raster = drawing.rasterize().astype(np.float32) / np.float32(255)
     return Picture(raster, counts, drawing.svg(), settings, labyrinth.measures(drawing))

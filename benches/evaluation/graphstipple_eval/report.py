@@ -293,11 +293,19 @@ def _panes(photo: PhotoFile, methods: Sequence[Method], made: Sequence[Result], 
                     {"key": column.key, "title": column.title, "text": column.text(numbers[column.key])}
                     for column in (tone, *counted)
                 ],
-                "settings": result.settings,
+                "settings": _by_full_name(result.settings),
                 "note": result.settings.get("note"),
             }
         )
     return panes
+
+
+def _by_full_name(settings: dict[str, object]) -> dict[str, object]:
+    """Return settings with those of a group one by one, as `GROUP.NAME`."""
+    flat: dict[str, object] = {}
+    for name, value in settings.items():
+        flat |= {f"{name}.{inner}": it for inner, it in value.items()} if isinstance(value, dict) else {name: value}
+    return flat
 
 
 def _sweep(sweep: ours.Sweep, coordinates: int | None, made: Sequence[Result]) -> dict[str, Any]:
