@@ -70,7 +70,7 @@ def draw(
     options = _checked(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
-    result = _core.draw(*_read(image, importance, options.background, seconds, report), options._core, progress)
+    result = _core.draw(*_read(image, importance, options._checked.background, seconds, report), options._checked, progress)
     report("outlines", 1.0)
     return Drawing(result, options, seconds)
 
@@ -150,11 +150,11 @@ class Session:
         seconds: dict[str, float] = {}
         report = progress or _silent
         state = self._state
-        if state.background != options._core.background:
+        if state.background != options._checked.background:
             state = self._begin(options, seconds, report)
             # In one step: threads with different backgrounds each have their own, and the last one's stays.
             self._state = state
-        result = state.session.draw(options._core, progress)
+        result = state.session.draw(options._checked, progress)
         report("outlines", 1.0)
         return Drawing(result, options, seconds)
 
@@ -164,10 +164,11 @@ class Session:
         return f"<graphstipple.Session {width} x {height}: importance {session.importance}>"
 
     def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _State:
-        session = _core.Session(*_read(self._image, self._importance, options.background, seconds, report), options._core)
+        checked = options._checked
+        session = _core.Session(*_read(self._image, self._importance, checked.background, seconds, report), checked)
         for stage, spent in session.seconds.items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
-        return _State(options._core.background, session)
+        return _State(checked.background, session)
 
 
 class _State(NamedTuple):
@@ -189,7 +190,7 @@ def _checked(options: Options | RecordedOptions | None) -> Options:
 
 
 def _read(
-    image: ImageLike, importance: ImportanceLike, background: str, seconds: dict[str, float], report: Progress
+    image: ImageLike, importance: ImportanceLike, background: tuple[int, int, int], seconds: dict[str, float], report: Progress
 ) -> tuple[npt.NDArray[np.float32], str | npt.NDArray[np.float32]]:
     """Return the image's luma, and the source of its importance for the core: a name or a map."""
     report("decoding", 0.0)
@@ -203,7 +204,7 @@ def _read(
     if isinstance(importance, str):
         return luma, importance
     if not isinstance(importance, os.PathLike) and not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
-        raise InvalidInputError(f"the importance has the shape {np.shape(importance)}, but it must be (height, width)")
+        raise InvalidInputError(f"the importance has the shape {np.asarray(importance).shape}, but it must be (height, width)")
     start = time.perf_counter()
     map_ = read_luma(importance, background, "importance")
     seconds["decoding"] += time.perf_counter() - start

@@ -33,8 +33,8 @@ def is_pil(image: object) -> TypeGuard[Image.Image]:
     return module is not None and isinstance(image, module.Image)
 
 
-def read_luma(image: ImageLike, background: str, name: str = "image") -> npt.NDArray[np.float32]:
-    """Return the luma of an image, (height, width) in [0, 1].
+def read_luma(image: ImageLike, background: tuple[int, int, int], name: str = "image") -> npt.NDArray[np.float32]:
+    """Return the luma of an image, (height, width) in [0, 1], transparent parts laid on a background (R, G, B).
 
     Raises
     ------
@@ -43,13 +43,12 @@ def read_luma(image: ImageLike, background: str, name: str = "image") -> npt.NDA
     ImageFileError
         If a file cannot be read as an image.
     """
-    under = _core.background(background)
     if isinstance(image, (str, os.PathLike)):
-        return _core.read_luma(os.fsdecode(image), under)
+        return _core.read_luma(os.fsdecode(image), background)
     if is_pil(image):
-        return _core.luma(_from_pil(image), under)
+        return _core.luma(_from_pil(image), background)
     if hasattr(image, "__array__"):
-        return _core.luma(_from_array(np.asarray(image), name), under)
+        return _core.luma(_from_array(np.asarray(image), name), background)
     raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
 
 

@@ -11,6 +11,7 @@ from graphstipple import _core
 from graphstipple._errors import InvalidInputError, MissingPackageError
 from graphstipple._inputs import ImageLike, read_luma
 from graphstipple._interruptible import run
+from graphstipple.options import Options
 
 Method: TypeAlias = Literal["fine-grained", "spectral-residual"]
 """How saliency is found."""
@@ -30,8 +31,8 @@ def saliency(image: ImageLike, *, method: Method = "fine-grained", background: s
     image : path, PIL image or array
         As for `draw`.
     method : {"fine-grained", "spectral-residual"}
-        Fine-grained (Montabone & Soto 2010): what differs from its surroundings; `draw` makes the same map, to the last bit, without
-        OpenCV. Spectral residual (Hou & Zhang 2007): what is unlikely in the photo's spectrum; coarse spots.
+        Fine-grained (Montabone & Soto 2010): what differs from its surroundings; `draw` makes the same map, to the last bit,
+        without OpenCV. Spectral residual (Hou & Zhang 2007): what is unlikely in the photo's spectrum; coarse spots.
     background : str
         What lies under transparent pixels: "white", "black", "#rrggbb" or "#rgb".
 
@@ -49,7 +50,7 @@ def saliency(image: ImageLike, *, method: Method = "fine-grained", background: s
     """
     if method not in FACTORIES:
         raise InvalidInputError(f'method is {method!r}, but it must be "fine-grained" or "spectral-residual"')
-    values = _core.luma_to_u8(read_luma(image, background))
+    values = _core.luma_to_u8(read_luma(image, Options(background=background)._checked.background))
     create = getattr(_opencv_saliency(), FACTORIES[method])
 
     def compute() -> npt.NDArray[np.float32]:

@@ -16,10 +16,40 @@ from graphstipple import _core
 from graphstipple._errors import InvalidInputError
 from graphstipple._option_fields import OURS, OptionFields, PublishedFields
 
-T = TypeVar("T", bound="PublishedFields | OptionFields")
+T = TypeVar("T", bound="_Checked")
 
 
-def _fields(options: PublishedFields | OptionFields) -> dict[str, Any]:
+class _Checked:
+    """What options of both kinds have in common: values that Rust has checked when they were made."""
+
+    _checked: _core.Options
+    """What the core takes; no field, so that it does not count where options are compared."""
+
+    def replace(self: T, **changes: Any) -> T:
+        """Return the same with single values changed by keyword.
+
+        Parameters
+        ----------
+        **changes
+            Values to change.
+
+        Returns
+        -------
+        Options or Published
+
+        Raises
+        ------
+        InvalidInputError
+            If a value has the wrong type or lies outside its range.
+        """
+        return _made(type(self), {**_fields(self), **changes})
+
+    def __reduce__(self: T) -> tuple[Callable[..., T], tuple[type[T], dict[str, Any]]]:
+        return _made, (type(self), _fields(self))
+
+
+def _fields(options: Any) -> dict[str, Any]:
+    """Return the values of options by name."""
     return {field.name: getattr(options, field.name) for field in dataclasses.fields(options)}
 
 
@@ -29,19 +59,19 @@ def _plain(value: object) -> object:
 
 
 def _store(options: PublishedFields | OptionFields, core: _core.Options, values: dict[str, Any]) -> None:
-    """Keep the values as Rust has them, and what it has checked; not a field, so that it does not count where options are compared."""
+    """Keep the values as Rust has them, and what it has checked."""
     for name, value in values.items():
         object.__setattr__(options, name, value)
-    object.__setattr__(options, "_core", core)
+    object.__setattr__(options, "_checked", core)
 
 
 def _made(kind: type[T], values: dict[str, Any]) -> T:
-    """Make options again from their pickled values."""
+    """Make options of these values."""
     return kind(**values)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Published(PublishedFields):
+class Published(PublishedFields, _Checked):  # noqa: D101  # it has that of its fields
     __doc__ = PublishedFields.__doc__
 
     def __post_init__(self) -> None:
@@ -49,26 +79,9 @@ class Published(PublishedFields):
         # What Rust makes of the values is stored, so that density=1 and density=1.0 are equal.
         _store(self, core, core.values()["published"])
 
-    def replace(self, **changes: Any) -> Published:
-        """Return the same parameters with single ones changed by keyword.
-
-        Parameters
-        ----------
-        **changes
-            Parameters to change.
-
-        Returns
-        -------
-        Published
-        """
-        return dataclasses.replace(self, **changes)
-
-    def __reduce__(self) -> tuple[Callable[..., Published], tuple[type[Published], dict[str, Any]]]:
-        return _made, (type(self), _fields(self))
-
 
 @dataclass(frozen=True, kw_only=True)
-class Options(OptionFields):
+class Options(OptionFields, _Checked):  # noqa: D101  # it has that of its fields
     __doc__ = OptionFields.__doc__
 
     published: Published = Published(**OURS)
@@ -77,7 +90,7 @@ class Options(OptionFields):
         if not isinstance(self.published, Published):
             raise InvalidInputError(f"published is {self.published!r}, but it must be graphstipple.Published")
         values = {name: _plain(value) for name, value in _fields(self).items() if name != "published"}
-        core = _core.Options(values, self.published._core)
+        core = _core.Options(values, self.published._checked)
         _store(self, core, {name: value for name, value in core.values().items() if name != "published"})
 
     @classmethod
@@ -123,23 +136,6 @@ class Options(OptionFields):
     def _of(cls, values: dict[str, Any], **changes: Any) -> Options:
         """Return options of values by name, those of the published method in a dict of their own."""
         return cls(**{**values, "published": Published(**values.get("published", OURS)), **changes})
-
-    def replace(self, **changes: Any) -> Options:
-        """Return the same options with single ones changed by keyword.
-
-        Parameters
-        ----------
-        **changes
-            Options to change.
-
-        Returns
-        -------
-        Options
-        """
-        return dataclasses.replace(self, **changes)
-
-    def __reduce__(self) -> tuple[Callable[..., Options], tuple[type[Options], dict[str, Any]]]:
-        return _made, (type(self), _fields(self))
 
 
 class Preset(NamedTuple):

@@ -118,7 +118,7 @@ def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.flo
         As `graphstipple.draw`.
     """
     options = options or Options()
-    return _core.adjust(read_luma(image, options.background), options._core)
+    return _core.adjust(read_luma(image, options._checked.background), options._checked)
 
 
 def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArray[np.float32]:
@@ -135,7 +135,7 @@ def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArra
     -------
     ndarray of float32, (height, width)
     """
-    return _core.emphasize(_field("tone", tone), (options or Options())._core)
+    return _core.emphasize(_field("tone", tone), (options or Options())._checked)
 
 
 def importance(
@@ -158,7 +158,7 @@ def importance(
     -------
     ndarray of float32, (height, width)
     """
-    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._core)
+    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._checked)
 
 
 def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
@@ -178,7 +178,7 @@ def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexago
     Lattice
     """
     options = Options(published=Published(lattice=kind, density=density))
-    return Lattice(*_core.lattice(_count("width", width), _count("height", height), options._core))
+    return Lattice(*_core.lattice(_count("width", width), _count("height", height), options._checked))
 
 
 def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) -> LatticeLabels:
@@ -195,7 +195,7 @@ def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) ->
     -------
     LatticeLabels
     """
-    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), (options or Options())._core))
+    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), (options or Options())._checked))
 
 
 def samples_per_pixel(density: float) -> int:
@@ -338,7 +338,7 @@ def diffuse(
     options = Options(shading=shading, published=published)
     starting = _array("values", values, np.float32, 1)
     cell_areas = None if areas is None else _array("areas", areas, np.float64, 1)
-    return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._core)
+    return _core.diffuse(_sites(sites), _edges(edges), starting, cell_areas, options._checked)
 
 
 def refine(
@@ -378,7 +378,7 @@ def refine(
     options = Options(refine=sweeps, crispness=crispness, cohesion=cohesion, tone_tolerance=tone_tolerance)
     values = _array("tones", tones, np.float32, 1)
     cell_areas = np.ones(len(values)) if areas is None else _array("areas", areas, np.float64, 1)
-    refined = _core.refine(_edges(edges), values, _array("labels", labels, np.uint8, 1), cell_areas, mean, options._core)
+    refined = _core.refine(_edges(edges), values, _array("labels", labels, np.uint8, 1), cell_areas, mean, options._checked)
     return Refined(*refined)
 
 
@@ -472,7 +472,7 @@ def outline(
     values = _array("labels", labels, np.uint8, 1)
     canvas = _count("width", width), _count("height", height)
     followed = None if tones is None else _array("tones", tones, np.float32, 1)
-    stipples, regions = _core.outline(positions, values, cell_areas, followed, canvas, options._core)
+    stipples, regions = _core.outline(positions, values, cell_areas, followed, canvas, options._checked)
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
 
 

@@ -10,7 +10,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use graphstipple_core::stages::{
     Audience, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_SIDE, PUBLISHED, Preset, Rule, SETTINGS, Setting,
-    Source, Style, Value, Writer, named_length, parse_color, preset,
+    Source, Style, Value, Writer, named_length, preset,
 };
 use graphstipple_core::{Checked, Export, Format, Options, presets};
 
@@ -235,8 +235,6 @@ pub(crate) struct Job {
     pub(crate) preview: Option<(PathBuf, Option<usize>)>,
     pub(crate) importance: Source,
     pub(crate) options: Checked<Options>,
-    /// The options' background.
-    pub(crate) background: [u8; 3],
     /// The least radius of a stipple on paper.
     pub(crate) min_dot: Option<Length>,
     /// Whether counts and times are printed.
@@ -257,7 +255,6 @@ impl Job {
         let preset = matches.get_one::<Preset>("preset");
 
         let options = options(&matches, preset).and_then(Options::check).map_err(in_flags)?;
-        let background = parse_color(&options.background).map_err(in_flags)?;
         let importance = Source::parse(text("importance").unwrap_or(KINDS[0].form)).map_err(in_flags)?;
         let photo = path("photo").filter(|photo| photo != Path::new(STANDARD));
         let output = path("output").filter(|output| output != Path::new(STANDARD));
@@ -268,7 +265,7 @@ impl Job {
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
         let [stats, quiet] = ["stats", "quiet"].map(|name| matches.get_flag(name));
-        let job = Self { photo, output, writer, preview, importance, options, background, min_dot, stats, quiet };
+        let job = Self { photo, output, writer, preview, importance, options, min_dot, stats, quiet };
         job.check_paths()?;
         Ok(job)
     }
@@ -434,7 +431,7 @@ mod tests {
     #[test]
     fn no_options_are_the_defaults_and_a_preset_is_where_others_begin() {
         let plain = job("").unwrap();
-        assert_eq!((&*plain.options, plain.background), (&Options::default(), [255; 3]));
+        assert_eq!(*plain.options, Options::default());
         assert!(matches!(plain.importance, Source::OfPhoto { name: "saliency", .. }));
         assert_eq!(*job("--preset paper").unwrap().options, Options::paper());
         assert_eq!(*job("--preset paper --relax 3").unwrap().options, Options { relax: 3, ..Options::paper() });
@@ -461,7 +458,7 @@ mod tests {
             assert_ne!(expected, Options::default(), "{arguments}");
         }
         assert_eq!(job("--tone-tolerance off").unwrap().options.tone_tolerance, None);
-        assert_eq!(job("--background #0aF01b").unwrap().background, [10, 240, 27]);
+        assert_eq!(job("--background #0aF01b").unwrap().options.background.rgb(), [10, 240, 27]);
     }
 
     #[test]

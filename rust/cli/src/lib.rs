@@ -155,14 +155,15 @@ fn work(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<Made> {
 fn make(job: &Job, control: &Control) -> Result<Made> {
     let mut seconds = BTreeMap::new();
     let begin = Instant::now();
+    let background = job.options.background.rgb();
     let luma = match &job.photo {
-        Some(path) => files::read_photo(path, job.background)?,
-        None => files::read_standard_input(job.background)?,
+        Some(path) => files::read_photo(path, background)?,
+        None => files::read_standard_input(background)?,
     };
     seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
     // Sizes that cannot be are better told now than after the work.
     let least_radius = job.check_sizes(luma.width(), luma.height())?;
-    let importance = files::evaluate(job.importance.clone(), &luma, job.background, &mut seconds)?;
+    let importance = files::evaluate(job.importance.clone(), &luma, background, &mut seconds)?;
     control.check()?;
     let outcome = draw_owned(luma, importance, &job.options, control)?;
 

@@ -28,7 +28,7 @@ pub(crate) fn draw(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Drawing> {
     let (luma, source, options) = (arrays::field(&luma)?, source(importance)?, options.checked.clone());
-    let background = options::background(&options)?;
+    let background = options.background.rgb();
     let outcome = watch::run(py, progress, errors::from_files, move |control| {
         let mut seconds = BTreeMap::new();
         let importance = files::evaluate(source, &luma, background, &mut seconds)?;

@@ -24,7 +24,7 @@ mod _core {
     #[pymodule_export]
     use crate::options::{Options, formats, options_schema, preset_values, presets, settings, sources};
     #[pymodule_export]
-    use crate::photo::{adjust, background, luma, luma_to_u8, read_luma, saliency};
+    use crate::photo::{adjust, luma, luma_to_u8, read_luma, saliency};
     #[pymodule_export]
     use crate::session::Session;
     #[pymodule_export]

@@ -1,6 +1,6 @@
 //! Options, checked once when they are made; presets; the settings of files.
 
-use graphstipple_core::stages::{DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, parse_color, preset, schema};
+use graphstipple_core::stages::{DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, preset, schema};
 use graphstipple_core::{Checked, Export, Format, Options as CoreOptions, presets as core_presets};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -37,14 +37,9 @@ impl Options {
 
     /// The colour (R, G, B) of the background.
     #[getter]
-    fn background(&self) -> PyResult<(u8, u8, u8)> {
-        background(&self.checked).map(Into::into)
+    fn background(&self) -> (u8, u8, u8) {
+        self.checked.background.rgb().into()
     }
-}
-
-/// What lies under transparent parts of images.
-pub(crate) fn background(options: &CoreOptions) -> PyResult<[u8; 3]> {
-    parse_color(&options.background).map_err(errors::from_core)
 }
 
 /// The values of options by name; those of the published method in a table of their own.

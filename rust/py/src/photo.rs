@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use graphstipple_cli::files;
-use graphstipple_core::stages::{self as core, Pixels, Samples, fine_grained, parse_color};
+use graphstipple_core::stages::{self as core, Pixels, Samples, fine_grained};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -77,10 +77,4 @@ pub(crate) fn saliency<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -
     let field = arrays::field(&luma)?;
     let map = watch::run_core(py, move |_| Ok(fine_grained(&core::luma_to_u8(&field), field.width(), field.height())))?;
     arrays::from_field(py, map)
-}
-
-/// The colour (R, G, B) that "white", "black", "#rrggbb" or "#rgb" names.
-#[pyfunction]
-pub(crate) fn background(name: &str) -> PyResult<(u8, u8, u8)> {
-    parse_color(name).map(Into::into).map_err(errors::from_core)
 }

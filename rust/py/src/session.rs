@@ -9,7 +9,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
 use crate::drawing::{Drawing, source};
-use crate::options::{self, Options};
+use crate::options::Options;
 use crate::{arrays, errors, watch};
 
 /// A photo and its importance, with what the last drawing of them left: `graphstipple.Session` wraps it.
@@ -29,7 +29,7 @@ impl Session {
     /// A session on luma (height, width) with an importance, both as for `draw`; files are laid on the options' background.
     #[new]
     fn new(py: Python<'_>, luma: PyReadonlyArray2<'_, f32>, importance: &Bound<'_, PyAny>, options: &Options) -> PyResult<Self> {
-        let (luma, source, background) = (arrays::field(&luma)?, source(importance)?, options::background(&options.checked)?);
+        let (luma, source, background) = (arrays::field(&luma)?, source(importance)?, options.checked.background.rgb());
         let (session, seconds) = watch::run(py, None, errors::from_files, move |_| {
             let mut seconds = BTreeMap::new();
             let importance = files::evaluate(source, &luma, background, &mut seconds)?;

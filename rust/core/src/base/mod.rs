@@ -11,7 +11,7 @@ mod paths;
 mod plane;
 
 pub use checked::Checked;
-pub use colour::parse_color;
+pub use colour::Color;
 pub use control::Control;
 pub(crate) use control::STAGES;
 pub use error::{Error, Result};

@@ -18,7 +18,8 @@ use super::declaration::Audience::{Everyday, Further};
 use super::declaration::Group::{Method, Nodes, Shapes, Stipples, Tones, Work};
 use super::declaration::Stage::{self, Emphasis, FirstGraph, Importance, Labels, Outlines, SecondGraph, Tone};
 use super::declaration::{DeclarationOf, declare};
-use super::value::Rule::{Color, Switch, UpTo, Whole, Within, Words, WordsOrWithin};
+use super::value::Rule::{self, Switch, UpTo, Whole, Within, Words, WordsOrWithin};
+use crate::base::Color;
 
 /// The most nodes that a budget may ask for.
 const MOST_NODES: u64 = 1_000_000_000;
@@ -94,7 +95,7 @@ declare! {
         /// Swaps black and white in the photo.
         invert: bool = false, Switch, "", Tones, Everyday, [Tone];
         /// What shows through transparent parts of the photo and of a map.
-        background: String = "white".to_owned(), Color, "", Tones, Everyday, [];
+        background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
 
         /// Worker threads; the drawing does not depend on them.
         threads: Option<usize> = None, Whole(1, 1024), "", Work, Further, [];

@@ -180,10 +180,6 @@ mod tests {
             "published.alpha is 1.5, but it must be \"tonal\", \"dynamic\" or a number between 0 and 1"
         );
         assert_eq!(
-            of_range(|o| o.background = "red".to_owned()),
-            "background is \"red\", but it must be white, black, #rrggbb or #rgb"
-        );
-        assert_eq!(
             of_range(|o| (o.nodes, o.nodes_per_pixel) = (Some(10), Some(0.1))),
             "nodes_per_pixel is 0.1, but it must be left out when nodes is given: the budget is one or the other"
         );
@@ -193,6 +189,10 @@ mod tests {
         assert_eq!(
             of_type("tone_tolerance", Value::Word("on".into())),
             "tone_tolerance is \"on\", but it must be None or a number between 0 and 1"
+        );
+        assert_eq!(
+            of_type("background", Value::Word("red".into())),
+            "background is \"red\", but it must be white, black, #rrggbb or #rgb"
         );
         assert_eq!(of_type("linear", Value::Whole(1)), "linear is 1, but it must be True or False");
         assert_eq!(

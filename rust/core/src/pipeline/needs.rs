@@ -97,7 +97,7 @@ pub(crate) mod tests {
         |o| o.gamma = 1.6,
         |o| o.contrast = 0.6,
         |o| o.invert = true,
-        |o| o.background = "black".to_owned(),
+        |o| o.background = "black".parse().unwrap(),
         |o| o.threads = Some(1),
         |o| o.published.lattice = LatticeKind::Square,
         |o| o.published.density = Some(0.7),
@@ -166,10 +166,11 @@ pub(crate) mod tests {
 
     #[test]
     fn a_stage_sees_only_what_is_declared_for_it_or_for_those_before() {
-        let options = Options { gamma: 2.0, cohesion: 3.0, tolerance: 0.1, background: "black".to_owned(), ..Options::default() };
+        let options =
+            Options { gamma: 2.0, cohesion: 3.0, tolerance: 0.1, background: "black".parse().unwrap(), ..Options::default() };
         let needs = Needs::of(&options, &importances(8, 6)[2]);
         assert_eq!(needs.at(Stage::Tone), &Options { gamma: 2.0, ..Options::default() });
         assert_eq!(needs.at(Stage::Labels), &Options { gamma: 2.0, cohesion: 3.0, ..Options::default() });
-        assert_eq!(needs.at(Stage::Outlines), &Options { background: "white".to_owned(), ..options });
+        assert_eq!(needs.at(Stage::Outlines), &Options { background: Options::default().background, ..options });
     }
 }

@@ -178,7 +178,7 @@ mod tests {
             (|_| (), &["diffusion", "importance", "lattice", "outlines", "relaxation", "tone", "triangulation"]),
             (|_| (), &[]),
             (|o| o.threads = Some(2), &[]),
-            (|o| o.background = "black".to_owned(), &[]),
+            (|o| o.background = "black".parse().unwrap(), &[]),
             // Tonal alpha does not ask for it.
             (|o| o.published.detail_gain = 2.0, &[]),
             (|o| o.stipple_scale = 0.9, &["outlines"]),
