@@ -79,10 +79,10 @@ class Session:
     """One photo, drawn again and again without starting again.
 
     What a change of options does not touch is kept from the last drawing: the tone, the importance, the kept lattice nodes, the
-    graph, the labels, the outlines. The drawings are the same, to the last byte, as those of `draw`. With another `alpha`, the
-    nodes are labelled anew but not chosen anew; so with another `base`, `detail_gain` or `rings`, unless `importance_alpha` makes
-    use of them too. What only shapes marks, such as `stipple_scale` and `tolerance`, leaves the labels as they are. How a drawing
-    is written is no option: `Drawing.save` computes nothing anew.
+    graph, the labels, the outlines. The drawings are the same, to the last byte, as those of `draw`. With another `shading` or
+    `crispness`, the nodes are labelled anew but not chosen anew. What only shapes marks, such as `stipple_scale` and `tolerance`,
+    leaves the labels as they are: docs/options.md says what each option is used for. How a drawing is written is no option:
+    `Drawing.save` computes nothing anew.
 
     The image and the importance are read here, and once: a saliency or a callable is not evaluated again. Only a drawing with
     another `background` than the last one reads them again, since transparent parts then look different.
@@ -111,7 +111,7 @@ class Session:
     >>> session
     <graphstipple.Session 80 x 60: importance saliency>
     >>> first = session.draw()
-    >>> second = session.draw(gs.Options(alpha=1.0))
+    >>> second = session.draw(gs.Options(shading=0.8))
     >>> np.array_equal(first.graph.edges, second.graph.edges), second.svg() == first.svg()
     (True, False)
     """

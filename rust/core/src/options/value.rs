@@ -171,6 +171,9 @@ pub enum Rule {
 /// The least number that counts as above 0: smaller ones mean nothing even on the largest canvas.
 const ABOVE_ZERO: f64 = 1e-9;
 
+/// Up to here every whole number is exact as a float.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
 impl Rule {
     /// Whether a value keeps the rule.
     pub fn takes(self, value: &Value) -> bool {
@@ -193,7 +196,14 @@ impl Rule {
         let number = || text.parse().map_or_else(|_| Value::Word(text.to_owned()), Value::Number);
         match self {
             Self::Within(..) | Self::UpTo(_) | Self::WordsOrWithin(..) => number(),
-            Self::Whole(..) => text.parse().map_or_else(|_| number(), Value::Whole),
+            Self::Whole(..) => match (text.parse(), number()) {
+                (Ok(whole), _) => Value::Whole(whole),
+                // Such as 1e5.
+                (Err(_), Value::Number(number)) if number.fract() == 0.0 && (0.0..=MOST_EXACT).contains(&number) => {
+                    Value::Whole(number as u64)
+                }
+                (Err(_), other) => other,
+            },
             Self::Switch => match text {
                 "true" => Value::Switch(true),
                 "false" => Value::Switch(false),
@@ -279,3 +289,39 @@ macro_rules! words {
     };
 }
 pub(crate) use words;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_on_a_command_line_are_what_the_rule_takes() {
+        let whole = Rule::Whole(0, 1 << 53);
+        for (text, value) in [
+            ("7", Value::Whole(7)),
+            ("1e5", Value::Whole(100_000)),
+            ("9007199254740993", Value::Whole(9_007_199_254_740_993)),
+            ("1.5", Value::Number(1.5)),
+            ("-1", Value::Number(-1.0)),
+            ("1e300", Value::Number(1e300)),
+            ("many", Value::Word("many".into())),
+        ] {
+            assert_eq!(whole.parse(text), value);
+        }
+        assert_eq!(Rule::Within(0.0, 1.0).parse("inf"), Value::Number(f64::INFINITY));
+        assert_eq!(Rule::WordsOrWithin(&["tonal"], 0.0, 1.0).parse("0.5"), Value::Number(0.5));
+        assert_eq!(Rule::Words(&["rows"]).parse("3"), Value::Word("3".into()));
+        assert_eq!(Rule::Switch.parse("true"), Value::Switch(true));
+    }
+
+    #[test]
+    fn rules_take_what_they_say() {
+        let numbers = |rule: Rule| [-0.1, 0.0, 1e-12, 0.5, 1.0, 1.1, f64::NAN].map(|number| rule.takes(&Value::Number(number)));
+        assert_eq!(numbers(Rule::Within(0.0, 1.0)), [false, true, true, true, true, false, false]);
+        assert_eq!(numbers(Rule::UpTo(1.0)), [false, false, false, true, true, false, false]);
+        assert!(Rule::Within(0.0, 4.0).takes(&Value::Whole(3)) && !Rule::Within(0.0, 4.0).takes(&Value::Switch(true)));
+        assert!(Rule::Whole(3, 4).takes(&Value::Whole(3)) && !Rule::Whole(3, 4).takes(&Value::Number(3.0)));
+        assert!(Rule::Words(&["a", "b"]).takes(&Value::Word("b".into())) && !Rule::Words(&["a"]).takes(&Value::Word("c".into())));
+        assert_eq!(Rule::Words(&["a", "b", "c"]).allowed(), "\"a\", \"b\" or \"c\"");
+    }
+}
