@@ -107,7 +107,7 @@ def command(path: Path, runs: int) -> Figure:
     decoding, drawing, _ = medians(
         runs,
         lambda: _core.read_luma(str(path), (255, 255, 255)),
-        lambda: _core.draw(luma, "saliency", OPTIONS._core),
+        lambda: _core.draw(luma, "saliency", OPTIONS._checked),
         whole,
     )
     ours = statistics.median(seconds)
