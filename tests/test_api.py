@@ -318,7 +318,8 @@ def test_progress_runs_from_zero_to_one(astronaut: np.ndarray) -> None:
     reports: list[tuple[str, float]] = []
     gs.draw(astronaut, options=options_with(density=1.0), progress=lambda stage, fraction: reports.append((stage, fraction)))
     stages = list(dict.fromkeys(stage for stage, _ in reports))
-    assert stages[:2] == ["decoding", "saliency"]
+    assert stages[0] == "decoding"
+    assert set(stages) >= {"decoding", "triangulation", "outlines"}
     assert stages[-1] == "outlines"
     fractions = [fraction for _, fraction in reports]
     assert fractions == sorted(fractions)

@@ -127,8 +127,7 @@ class RecordedOptions(Mapping[str, Any]):
         InvalidInputError
             If this version does not know one of them, or takes no such value for it.
         """
-        self._core.check_options()
-        return Options._of(self._values)
+        return Options._of(self._core.options())
 
 
 class Drawing:

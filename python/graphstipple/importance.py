@@ -49,7 +49,7 @@ def saliency(image: ImageLike, *, method: Method = "fine-grained", background: s
         If OpenCV, or its module `saliency`, is not installed.
     """
     if method not in FACTORIES:
-        raise InvalidInputError(f'method is {method!r}, but it must be "fine-grained" or "spectral-residual"')
+        raise InvalidInputError(f'method is "{method}", but it must be "fine-grained" or "spectral-residual"')
     values = _core.luma_to_u8(read_luma(image, Options(background=background)._checked.background))
     create = getattr(_opencv_saliency(), FACTORIES[method])
 

@@ -135,7 +135,7 @@ class Options(OptionFields, _Checked):  # noqa: D101  # it has that of its field
     @classmethod
     def _of(cls, values: dict[str, Any], **changes: Any) -> Options:
         """Return options of values by name, those of the published method in a dict of their own."""
-        return cls(**{**values, "published": Published(**values.get("published", OURS)), **changes})
+        return cls(**{**values, "published": Published(**values["published"]), **changes})
 
 
 class Preset(NamedTuple):

@@ -280,7 +280,7 @@ impl Job {
     /// Checks that no file is written twice, or over what the drawing is made from.
     fn check_paths(&self) -> Result<()> {
         if let Some((preview, _)) = &self.preview {
-            if !format_of_path(preview)?.has_pixels() {
+            if !format_of_path(preview).is_ok_and(Format::has_pixels) {
                 return Err(Error::Usage(format!("{}: the suffix of a preview must be .png", preview.display())));
             }
             if self.output.as_ref().is_some_and(|output| preview == output || is_same_file(preview, output)) {
@@ -365,7 +365,7 @@ pub(crate) fn in_flags(error: graphstipple_core::Error) -> Error {
                 _ => allowed,
             };
             // Other options stand there by their names.
-            let others = DECLARATIONS.iter().filter(|declaration| declaration.name.contains('_'));
+            let others = DECLARATIONS.iter().filter(|it| it.group != Group::Method && it.name.contains('_'));
             let allowed =
                 others.fold(allowed, |allowed, other| allowed.replace(other.name, &format!("--{}", other.name.replace('_', "-"))));
             Error::Usage(format!("--{flag} is {value}, but it must be {allowed}"))

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use graphstipple_core::stages::{Source, Writer, decode};
-use graphstipple_core::{Drawing, Field, Format, Importance};
+use graphstipple_core::{Control, Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
 
@@ -57,10 +57,17 @@ fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3]) -> Result<Field>
 /// their stage: `saliency`, or `decoding` for a file.
 ///
 /// # Errors
-/// As [`read_photo`].
-pub fn evaluate(source: Source, luma: &Field, background: [u8; 3], seconds: &mut BTreeMap<String, f64>) -> Result<Importance> {
+/// As [`read_photo`]; [`Error::Core`] where it was cancelled.
+pub fn evaluate(
+    source: Source,
+    luma: &Field,
+    background: [u8; 3],
+    seconds: &mut BTreeMap<String, f64>,
+    control: &Control,
+) -> Result<Importance> {
     let (began, stage) = (Instant::now(), source.stage());
-    let importance = source.evaluate(luma, |path| read_photo(Path::new(path), background))?;
+    let importance = source.evaluate(luma, |path| read_photo(Path::new(path), background), control)?;
+    control.check()?;
     *seconds.entry(stage.to_owned()).or_default() += began.elapsed().as_secs_f64();
     Ok(importance)
 }

@@ -56,14 +56,19 @@ fn printed(arguments: &[OsString]) -> Option<String> {
             flag => flag.strip_prefix("--")?,
         };
         Some(match flag {
-            "help" => command(false).render_help().to_string() + "\n",
-            HELP_ALL => command(true).render_help().to_string() + "\n",
+            "help" => help(false),
+            HELP_ALL => help(true),
             "version" => format!("graphstipple {}\n", env!("CARGO_PKG_VERSION")),
             LIST_PRESETS => list_of_presets(),
             OPTIONS_SCHEMA => serde_json::to_string_pretty(&schema()).expect("names and numbers always serialize") + "\n",
             _ => return None,
         })
     })
+}
+
+/// The help, with every option or with those that people turn.
+fn help(with_all: bool) -> String {
+    command(with_all).render_help().to_string().trim_end().to_owned() + "\n"
 }
 
 /// A line for each preset: its name and what it gives.
@@ -163,8 +168,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
     // Sizes that cannot be are better told now than after the work.
     let least_radius = job.check_sizes(luma.width(), luma.height())?;
-    let importance = files::evaluate(job.importance.clone(), &luma, background, &mut seconds)?;
-    control.check()?;
+    let importance = files::evaluate(job.importance.clone(), &luma, background, &mut seconds, control)?;
     let outcome = draw_owned(luma, importance, &job.options, control)?;
 
     let mut stats = outcome.stats;

@@ -31,8 +31,7 @@ pub(crate) fn draw(
     let background = options.background.rgb();
     let outcome = watch::run(py, progress, errors::from_files, move |control| {
         let mut seconds = BTreeMap::new();
-        let importance = files::evaluate(source, &luma, background, &mut seconds)?;
-        control.check()?;
+        let importance = files::evaluate(source, &luma, background, &mut seconds, control)?;
         let mut outcome = draw_owned(luma, importance, &options, control)?;
         outcome.stats.add_seconds(seconds);
         Ok(outcome)
@@ -165,9 +164,9 @@ impl Drawing {
         values::data(py, &to_json(&self.drawing.provenance)?)
     }
 
-    /// Check that this version knows the options that the drawing was made with.
-    fn check_options(&self) -> PyResult<()> {
-        self.drawing.provenance.options().map(drop).map_err(errors::from_core)
+    /// The options that the drawing was made with, by name, if this version knows them all.
+    fn options(&self, py: Python<'_>) -> PyResult<Py<PyDict>> {
+        options::values_of(py, &self.drawing.provenance.options().map_err(errors::from_core)?)
     }
 
     /// The dots: x, y, radius (n, 3) in pixels, and ink (n,).

@@ -43,7 +43,7 @@ impl Options {
 }
 
 /// The values of options by name; those of the published method in a table of their own.
-fn values_of(py: Python<'_>, options: &CoreOptions) -> PyResult<Py<PyDict>> {
+pub(crate) fn values_of(py: Python<'_>, options: &CoreOptions) -> PyResult<Py<PyDict>> {
     let (plain, method) = (PyDict::new(py), PyDict::new(py));
     for declaration in DECLARATIONS {
         let table = if declaration.group == Group::Method { &method } else { &plain };

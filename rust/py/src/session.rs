@@ -30,9 +30,9 @@ impl Session {
     #[new]
     fn new(py: Python<'_>, luma: PyReadonlyArray2<'_, f32>, importance: &Bound<'_, PyAny>, options: &Options) -> PyResult<Self> {
         let (luma, source, background) = (arrays::field(&luma)?, source(importance)?, options.checked.background.rgb());
-        let (session, seconds) = watch::run(py, None, errors::from_files, move |_| {
+        let (session, seconds) = watch::run(py, None, errors::from_files, move |control| {
             let mut seconds = BTreeMap::new();
-            let importance = files::evaluate(source, &luma, background, &mut seconds)?;
+            let importance = files::evaluate(source, &luma, background, &mut seconds, control)?;
             Ok((CoreSession::new(luma, importance), seconds))
         })?;
         let (size, name) = ((session.luma().width(), session.luma().height()), session.importance().name());

@@ -13,7 +13,7 @@ mod plane;
 pub use checked::Checked;
 pub use colour::Color;
 pub use control::Control;
-pub(crate) use control::STAGES;
+pub(crate) use control::Step;
 pub use error::{Error, Result};
 pub use ink::Ink;
 pub(crate) use noise::{mixed, noise};

@@ -119,7 +119,7 @@ pub const SETTINGS: &[Setting] = &[
         value_name: "NUMBER",
         sentence: "Pixels per inch",
         default: "300 on paper",
-        allowed: "between 1 and 10000 pixels per inch",
+        allowed: "a number between 1 and 10000 pixels per inch",
         is_size: true,
         is_refused_elsewhere: true,
         set: |export, value| f64::read(value).map(|dpi| export.layout.dpi = Some(dpi)),
@@ -208,7 +208,7 @@ mod tests {
         let message = |name: &str, value: &Value| Export::default().set(name, value).unwrap_err().to_string();
         assert_eq!(message("style", &word("flatt")), "style is \"flatt\", but it must be \"flat\" or \"layered\"");
         assert_eq!(message("one_bit", &Value::Whole(1)), "one_bit is 1, but it must be True or False");
-        assert_eq!(message("dpi", &word("fine")), "dpi is \"fine\", but it must be between 1 and 10000 pixels per inch");
+        assert_eq!(message("dpi", &word("fine")), "dpi is \"fine\", but it must be a number between 1 and 10000 pixels per inch");
         for wrong in [word("5 parsecs"), word(""), Value::Number(-1.0), Value::Number(f64::NAN), Value::Switch(true)] {
             let told = message("width", &wrong);
             assert!(told.starts_with(&format!("width is {wrong}, but it must be a number, at least 0, with mm")), "{told}");

@@ -4,7 +4,7 @@
 //! image files, which whoever asks reads: the core opens none.
 
 use super::{Importance, saliency};
-use crate::base::{Error, Result};
+use crate::base::{Control, Error, Result, Step};
 use crate::photo::Field;
 
 /// Where the importance comes from.
@@ -93,8 +93,14 @@ impl Source {
     /// The importance of a photo, given as luma. `read` makes a map of the path of an image file.
     ///
     /// # Errors
-    /// Those of `read`.
-    pub fn evaluate<E>(self, luma: &Field, read: impl FnOnce(&str) -> Result<Field, E>) -> Result<Importance, E> {
+    /// Those of `read`; [`Error::Cancelled`].
+    pub fn evaluate<E: From<Error>>(
+        self,
+        luma: &Field,
+        read: impl FnOnce(&str) -> Result<Field, E>,
+        control: &Control,
+    ) -> Result<Importance, E> {
+        control.begin(Step::Saliency)?;
         Ok(match self {
             Self::OfPhoto { name, make } => Importance::OfPhoto { name, map: make(luma) },
             Self::Constant(value) => Importance::Constant(value),
@@ -113,10 +119,11 @@ mod tests {
         let luma = Field::constant(8, 6, 0.5).unwrap();
         let map = Field::constant(2, 2, 0.25).unwrap();
         let of = |name: &str| {
-            Source::parse(name).unwrap().evaluate::<Error>(&luma, |path| {
+            let read = |path: &str| {
                 assert_eq!(path, "map.png");
                 Ok(map.clone())
-            })
+            };
+            Source::parse(name).unwrap().evaluate::<Error>(&luma, read, &Control::new())
         };
         assert_eq!(of("none").unwrap(), Importance::Constant(1.0));
         assert_eq!(of("constant:0.25").unwrap(), Importance::Constant(0.25));

@@ -110,6 +110,8 @@ fn named(json: &serde_json::Map<String, serde_json::Value>) -> impl Iterator<Ite
         serde_json::Value::Object(group) if name == PUBLISHED => {
             group.iter().map(|(name, value)| (format!("{PUBLISHED}.{name}"), value)).collect()
         }
+        // A parameter stands in its group, and nowhere else.
+        _ if name.contains('.') => vec![(format!("\"{name}\""), value)],
         _ => vec![(name.clone(), value)],
     })
 }

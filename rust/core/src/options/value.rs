@@ -31,6 +31,8 @@ impl fmt::Display for Value {
             Self::Switch(true) => f.write_str("True"),
             Self::Switch(false) => f.write_str("False"),
             Self::Whole(number) => number.fmt(f),
+            // Not three hundred digits.
+            Self::Number(number) if number.abs() >= 1e17 => write!(f, "{number:e}"),
             Self::Number(number) => number.fmt(f),
             Self::Word(word) => write!(f, "\"{word}\""),
             Self::Foreign(text) => f.write_str(text),
@@ -100,8 +102,13 @@ impl Typed for f64 {
 }
 
 impl Typed for u64 {
+    /// Floats that are whole numbers too, such as 1e5: the largest of them that are all exact is 2^53.
     fn read(value: &Value) -> Option<Self> {
-        if let Value::Whole(number) = value { Some(*number) } else { None }
+        match value {
+            Value::Whole(number) => Some(*number),
+            Value::Number(number) if number.fract() == 0.0 && (0.0..=(1u64 << 53) as f64).contains(number) => Some(*number as Self),
+            _ => None,
+        }
     }
 
     fn value(&self) -> Value {
@@ -171,9 +178,6 @@ pub enum Rule {
 /// The least number that counts as above 0: smaller ones mean nothing even on the largest canvas.
 const ABOVE_ZERO: f64 = 1e-9;
 
-/// Up to here every whole number is exact as a float.
-const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
-
 impl Rule {
     /// Whether a value keeps the rule.
     pub fn takes(self, value: &Value) -> bool {
@@ -196,14 +200,7 @@ impl Rule {
         let number = || text.parse().map_or_else(|_| Value::Word(text.to_owned()), Value::Number);
         match self {
             Self::Within(..) | Self::UpTo(_) | Self::WordsOrWithin(..) => number(),
-            Self::Whole(..) => match (text.parse(), number()) {
-                (Ok(whole), _) => Value::Whole(whole),
-                // Such as 1e5.
-                (Err(_), Value::Number(number)) if number.fract() == 0.0 && (0.0..=MOST_EXACT).contains(&number) => {
-                    Value::Whole(number as u64)
-                }
-                (Err(_), other) => other,
-            },
+            Self::Whole(..) => text.parse().map_or_else(|_| number(), Value::Whole),
             Self::Switch => match text {
                 "true" => Value::Switch(true),
                 "false" => Value::Switch(false),
@@ -299,7 +296,7 @@ mod tests {
         let whole = Rule::Whole(0, 1 << 53);
         for (text, value) in [
             ("7", Value::Whole(7)),
-            ("1e5", Value::Whole(100_000)),
+            ("1e5", Value::Number(1e5)),
             ("9007199254740993", Value::Whole(9_007_199_254_740_993)),
             ("1.5", Value::Number(1.5)),
             ("-1", Value::Number(-1.0)),
@@ -308,6 +305,10 @@ mod tests {
         ] {
             assert_eq!(whole.parse(text), value);
         }
+        assert_eq!(
+            [1e5, -1.0, 0.5, 1e300, f64::NAN].map(|number| u64::read(&Value::Number(number))),
+            [Some(100_000), None, None, None, None]
+        );
         assert_eq!(Rule::Within(0.0, 1.0).parse("inf"), Value::Number(f64::INFINITY));
         assert_eq!(Rule::WordsOrWithin(&["tonal"], 0.0, 1.0).parse("0.5"), Value::Number(0.5));
         assert_eq!(Rule::Words(&["rows"]).parse("3"), Value::Word("3".into()));

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::base::{Checked, Control, Error, Result, STAGES};
+use crate::base::{Checked, Control, Error, Result, Step};
 use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats, VERSION, assemble};
 use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
@@ -102,38 +102,38 @@ struct Stages<'a> {
 
 impl Stages<'_> {
     /// A stage that may be done in parts, whose seconds add up.
-    fn run<T>(&mut self, stage: usize, work: impl FnOnce() -> Result<T>) -> Result<T> {
-        self.control.begin(stage)?;
+    fn run<T>(&mut self, step: Step, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        self.control.begin(step)?;
         let began = Instant::now();
         let result = work()?;
-        *self.stats.seconds.entry(STAGES[stage].0.to_owned()).or_default() += began.elapsed().as_secs_f64();
+        *self.stats.seconds.entry(step.name().to_owned()).or_default() += began.elapsed().as_secs_f64();
         Ok(result)
     }
 
     /// As [`Stages::run`], unless the slot has the result.
     fn run_unless_kept<T>(
         &mut self,
-        stage: usize,
+        step: Step,
         slot: &mut Slot<T>,
         needs: &Options,
         work: impl FnOnce(&Options) -> Result<T>,
     ) -> Result<Arc<T>> {
         match slot.get(needs) {
             Some(kept) => Ok(kept),
-            None => Ok(slot.put(needs, self.run(stage, || work(needs))?)),
+            None => Ok(slot.put(needs, self.run(step, || work(needs))?)),
         }
     }
 
     /// Two stages that do not need each other, on two threads if there are two; on one, the second runs first. Their seconds overlap.
     fn run_both<A: Send, B: Send>(
         &mut self,
-        first: usize,
-        second: usize,
+        first: Step,
+        second: Step,
         first_work: impl FnOnce() -> Result<A> + Send,
         second_work: impl FnOnce() -> Result<B> + Send,
     ) -> Result<(A, B)> {
         self.control.begin(first)?;
-        let timed = |stage: usize, began: Instant| (STAGES[stage].0.to_owned(), began.elapsed().as_secs_f64());
+        let timed = |step: Step, began: Instant| (step.name().to_owned(), began.elapsed().as_secs_f64());
         let began = Instant::now();
         let (b, a) = rayon::join(
             || second_work().map(|result| (result, timed(second, began))),
@@ -157,7 +157,7 @@ fn run(
     let (width, height) = (luma.width(), luma.height());
     let (pixels, control) = ((width * height) as f64, stages.control);
 
-    let tone = stages.run_unless_kept(0, &mut memory.tone, needs.at(Stage::Tone), |needs| {
+    let tone = stages.run_unless_kept(Step::Lattice, &mut memory.tone, needs.at(Stage::Tone), |needs| {
         let tone = adjusted(&luma, needs);
         let mean = tone.mean();
         let adjusted = match tone {
@@ -172,7 +172,7 @@ fn run(
     let wants_off =
         importance.needs_detail(needs.at(Stage::Importance)) && memory.importance.get(needs.at(Stage::Importance)).is_none();
     let mut off = None;
-    let emphasized = stages.run_unless_kept(0, &mut memory.emphasis, needs.at(Stage::Emphasis), |needs| {
+    let emphasized = stages.run_unless_kept(Step::Lattice, &mut memory.emphasis, needs.at(Stage::Emphasis), |needs| {
         let spacing = needs.budget(pixels).spacing;
         if !wants_off {
             return Ok(emphasize(plain, spacing, needs));
@@ -181,7 +181,7 @@ fn run(
         off = Some(found);
         Ok(emphasized)
     })?;
-    let field = stages.run_unless_kept(0, &mut memory.importance, needs.at(Stage::Importance), |needs| {
+    let field = stages.run_unless_kept(Step::Lattice, &mut memory.importance, needs.at(Stage::Importance), |needs| {
         let spacing = needs.budget(pixels).spacing;
         let off = off.take().or_else(|| wants_off.then(|| off_blurred(plain, spacing)));
         importance.mixed_with(off, &emphasized, spacing, needs)
@@ -190,7 +190,7 @@ fn run(
     let first = first_graph_of(&field, needs.at(Stage::FirstGraph), &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
     let (triangulation, cells) = second_graph_of(first, emphasized, needs, &mut stages, memory)?;
-    let labels = stages.run_unless_kept(5, &mut memory.labels, needs.at(Stage::Labels), |needs| {
+    let labels = stages.run_unless_kept(Step::Diffusion, &mut memory.labels, needs.at(Stage::Labels), |needs| {
         let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
         let weighting = (needs.published.error_weighting == ErrorWeighting::Area).then_some(&areas[..]);
         let mut labels = diffuse(graph, means, weighting, &Diffusion::of_tone(needs), control)?;
@@ -199,8 +199,8 @@ fn run(
         Ok(Labels { labels, shift })
     })?;
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
-    let components = stages.run_unless_kept(6, &mut memory.components, needs.at(Stage::Labels), connected)?;
-    let outlined = stages.run_unless_kept(6, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
+    let components = stages.run_unless_kept(Step::Outlines, &mut memory.components, needs.at(Stage::Labels), connected)?;
+    let outlined = stages.run_unless_kept(Step::Outlines, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
         let followed = (needs.published.crossings == Crossings::Tone).then_some(&cells.means[..]);
         let nodes = Nodes { labels: &labels.labels, areas: &cells.areas, tones: followed };
         let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
@@ -233,8 +233,8 @@ fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mu
     }
     let control = stages.control;
     let budget = needs.budget((field.width() * field.height()) as f64);
-    let (lattice, values) = stages.run(0, || lattice_values(field, budget.density, needs, control))?;
-    let first = stages.run(1, || keep(lattice, &values, budget.nodes, needs, control))?;
+    let (lattice, values) = stages.run(Step::Lattice, || lattice_values(field, budget.density, needs, control))?;
+    let first = stages.run(Step::Importance, || keep(lattice, &values, budget.nodes, needs, control))?;
     Ok(slot.put(needs, first))
 }
 
@@ -250,10 +250,10 @@ fn second_graph_of(
     let samples = |needs: &Options| samples_per_pixel(needs.budget((width * height) as f64).density);
     if let Some(kept) = memory.second_graph.get(needs.at(Stage::SecondGraph)) {
         let of_kept = |needs: &Options| toned_cells(&kept.graph.sites, &tone, samples(needs), control);
-        let cells = stages.run_unless_kept(4, &mut memory.cells, needs.at(Stage::Cells), of_kept)?;
+        let cells = stages.run_unless_kept(Step::Tone, &mut memory.cells, needs.at(Stage::Cells), of_kept)?;
         return Ok((kept, cells));
     }
-    let sites = stages.run(2, || {
+    let sites = stages.run(Step::Relaxation, || {
         let sites = kept_sites(&first, width as f64, height as f64);
         drop(first);
         relax(sites, width, height, needs.at(Stage::SecondGraph).relax, samples(needs.at(Stage::SecondGraph)), control)
@@ -261,8 +261,12 @@ fn second_graph_of(
     // The cells need the sites alone, so they are found beside the triangulation: neither waits at the serial parts of the other.
     // The tone is given back as soon as they have it.
     let (of, samples) = (&sites, samples(needs.at(Stage::Cells)));
-    let (edges, cells) =
-        stages.run_both(3, 4, || Edges::of(of, width, height, control), move || toned_cells(of, &tone, samples, control))?;
+    let (edges, cells) = stages.run_both(
+        Step::Triangulation,
+        Step::Tone,
+        || Edges::of(of, width, height, control),
+        move || toned_cells(of, &tone, samples, control),
+    )?;
     Ok((
         memory.second_graph.put(needs.at(Stage::SecondGraph), edges.with_sites(sites)),
         memory.cells.put(needs.at(Stage::Cells), cells),

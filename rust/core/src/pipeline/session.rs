@@ -68,7 +68,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::base::{Error, STAGES};
+    use crate::base::{Error, Step};
     use crate::drawing::Stats;
     use crate::files::{Export, Format};
     use crate::options::{Alpha, Published};
@@ -237,7 +237,7 @@ mod tests {
         let mut session = Session::new(photo(160, 120), importances(160, 120)[2].clone());
         let options = [Options::default(), Options { gamma: 1.4, relax: 3, ..Options::default() }];
         let expected = options.clone().map(|options| fresh(&session, &options).unwrap());
-        for (i, at) in STAGES.iter().map(|stage| stage.0).enumerate() {
+        for (i, at) in Step::ALL.iter().skip(1).map(|(_, name, _)| *name).enumerate() {
             let (control, is_done) = (Control::new(), AtomicBool::new(false));
             std::thread::scope(|scope| {
                 scope.spawn(|| {
