@@ -381,7 +381,6 @@ def test_formats_are_one_table(program, bad_files, tmp_path):
             drawing.save(tmp_path / name)
     assert not list(tmp_path.iterdir())
     # Each is written, and those that say so are read.
-    assert all(suffix in (gs.Drawing.save.__doc__ or "") for suffix in suffixes)
     read = [f".{suffix}" for suffix, _, _, is_read in _core.formats() if is_read]
     for suffix in suffixes:
         drawing.save(tmp_path / f"out{suffix}")

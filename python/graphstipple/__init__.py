@@ -62,11 +62,11 @@ _LATER = {
 }
 """What is imported when it is first used, by module: the command line starts without NumPy, a drawing without OpenCV and Pillow."""
 
-_MODULES = ("metrics", "stages")
-"""Public modules, likewise."""
+_MODULES = ("drawing", "importance", "metrics", "options", "stages")
+"""Modules, likewise."""
 
 
-def __getattr__(name: str) -> Any:
+def _imported(name: str) -> Any:
     """Import what is asked for the first time."""
     if name in _MODULES:
         return import_module(f"{__name__}.{name}")
@@ -76,6 +76,11 @@ def __getattr__(name: str) -> Any:
             globals()[name] = value
             return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if not TYPE_CHECKING:
+    # Type checkers know the names from above, and are to say which there are not.
+    __getattr__ = _imported
 
 
 def __dir__() -> list[str]:

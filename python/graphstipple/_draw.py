@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy.typing as npt
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
 from graphstipple._inputs import ImageLike, is_pil, read_luma
-from graphstipple.drawing import Drawing, RecordedOptions
+from graphstipple.drawing import Drawing, RecordedOptions, known
 from graphstipple.options import Options
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def draw(
     ImageFileError
         If a file cannot be read as an image; `ImageFileNotFoundError` if there is none.
     """
-    options = _checked(options)
+    options = known(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
     result = _core.draw(*_read(image, importance, options._checked.background, seconds, report), options._checked, progress)
@@ -146,7 +147,7 @@ class Session:
         ImageFileError
             If a file has to be read again and cannot.
         """
-        options = _checked(options)
+        options = known(options)
         seconds: dict[str, float] = {}
         report = progress or _silent
         state = self._state
@@ -178,17 +179,6 @@ class _State(NamedTuple):
     session: _core.Session
 
 
-def _checked(options: Options | RecordedOptions | None) -> Options:
-    """Return the options to draw with, by default the default ones."""
-    if options is None:
-        return Options()
-    if isinstance(options, RecordedOptions):
-        return options.known()
-    if not isinstance(options, Options):
-        raise InvalidInputError(f"options is of type {type(options).__name__}, but it must be graphstipple.Options")
-    return options
-
-
 def _read(
     image: ImageLike, importance: ImportanceLike, background: tuple[int, int, int], seconds: dict[str, float], report: Progress
 ) -> tuple[npt.NDArray[np.float32], str | npt.NDArray[np.float32]]:
@@ -201,9 +191,12 @@ def _read(
         importance = "saliency"
     if callable(importance):
         importance = importance(luma.copy())
+    if isinstance(importance, os.PathLike):
+        # A path is no name, even where it looks like one.
+        importance = str(Path(os.fsdecode(importance)).absolute())
     if isinstance(importance, str):
         return luma, importance
-    if not isinstance(importance, os.PathLike) and not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
+    if not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
         raise InvalidInputError(f"the importance has the shape {np.asarray(importance).shape}, but it must be (height, width)")
     start = time.perf_counter()
     map_ = read_luma(importance, background, "importance")

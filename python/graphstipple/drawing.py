@@ -103,9 +103,9 @@ class RecordedOptions(Mapping[str, Any]):
     `draw` takes them as it takes `Options`, and says what it does not know of them.
     """
 
-    def __init__(self, core: _core.Drawing) -> None:
-        self._core = core
-        self._values: dict[str, Any] = core.provenance()["options"]
+    def __init__(self, values: dict[str, Any], unknown: str) -> None:
+        self._values = values
+        self._unknown = unknown
 
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
@@ -119,15 +119,22 @@ class RecordedOptions(Mapping[str, Any]):
     def __repr__(self) -> str:
         return f"RecordedOptions({self._values!r})"
 
-    def known(self) -> Options:
-        """Return the options to draw with again.
 
-        Raises
-        ------
-        InvalidInputError
-            If this version does not know one of them, or takes no such value for it.
-        """
-        return Options._of(self._core.options())
+def known(options: Options | RecordedOptions | None) -> Options:
+    """Return the options to work with, by default the default ones.
+
+    Raises
+    ------
+    InvalidInputError
+        If they are of another type, or those of a file of which this version does not know one.
+    """
+    if options is None:
+        return Options()
+    if isinstance(options, RecordedOptions):
+        raise InvalidInputError(options._unknown)
+    if not isinstance(options, Options):
+        raise InvalidInputError(f"options is of type {type(options).__name__}, but it must be graphstipple.Options")
+    return options
 
 
 class Drawing:
@@ -171,7 +178,7 @@ class Drawing:
         inks: Inks = "black",
         one_bit: bool = False,
     ) -> None:
-        """Write the drawing to a file, whole or not at all: .svg, .pdf, .eps, .dxf, .png or .json.
+        """Write the drawing to a file, whole or not at all, in the format that its suffix stands for (docs/options.md lists them).
 
         Lengths are numbers of pixels or text with a unit (mm, cm, in, pt, px); on paper, a pixel is 1/96 inch. JSON has no size.
 
@@ -201,12 +208,12 @@ class Drawing:
         ------
         InvalidInputError
             If the suffix is not known, a value breaks its rule, the drawing does not fit on the page, or `dpi` or `one_bit` is
-            given for another format than PNG.
+            given for a format without pixels.
         ImageFileError
             If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
         """
-        settings = {"width": width, "margin": margin, "page": page, "dpi": dpi}
-        self._core.save(os.fsdecode(path), _plain({**settings, "style": style, "inks": inks, "one_bit": one_bit}))
+        settings = _given(width=width, margin=margin, page=page, dpi=dpi) | _plain(style=style, inks=inks, one_bit=one_bit)
+        self._core.save(os.fsdecode(path), settings)
 
     def svg(
         self,
@@ -218,8 +225,8 @@ class Drawing:
         inks: Inks = "black",
     ) -> str:
         """Return the drawing as an SVG document, the same that `save` writes with these parameters."""
-        settings = {"width": width, "margin": margin, "page": page, "style": style, "inks": inks}
-        return self._core.encode("svg", _plain(settings)).decode()
+        settings = _given(width=width, margin=margin, page=page) | _plain(style=style, inks=inks)
+        return self._core.encode("svg", settings).decode()
 
     def json(self) -> str:
         """Return the drawing as a JSON document, the same that `save` writes: canvas, stipples, regions, curves, options."""
@@ -250,8 +257,7 @@ class Drawing:
         InvalidInputError
             As `save`.
         """
-        settings = _plain({"min_dot": length, "width": width, "margin": margin, "page": page})
-        core = self._core.with_min_dot(settings.pop("min_dot"), settings)
+        core = self._core.with_min_dot(_plain(length=length)["length"], _given(width=width, margin=margin, page=page))
         return Drawing(core, self._options, self._seconds)
 
     def rasterize(self, width: int | None = None) -> npt.NDArray[np.uint8]:
@@ -388,11 +394,10 @@ def load(path: str | os.PathLike[str]) -> Drawing:
         If the file cannot be read or holds no drawing of graphstipple; `ImageFileNotFoundError` if there is none.
     """
     core = _core.load(os.fsdecode(path))
-    recorded = RecordedOptions(core)
     try:
-        return Drawing(core, recorded.known(), {})
-    except InvalidInputError:
-        return Drawing(core, recorded, {})
+        return Drawing(core, Options._of(core.options()), {})
+    except InvalidInputError as error:
+        return Drawing(core, RecordedOptions(core.provenance()["options"], str(error)), {})
 
 
 def stipple_array(circles: npt.NDArray[np.float64], inks: npt.NDArray[np.uint8]) -> npt.NDArray[np.void]:
@@ -412,6 +417,11 @@ def _checked_width(width: object) -> int | None:
     return int(width)
 
 
-def _plain(settings: dict[str, Any]) -> dict[str, Any]:
+def _plain(**settings: Any) -> dict[str, Any]:
     """Return settings of how a file is written with NumPy's scalars as Python's."""
     return {name: value.item() if isinstance(value, np.generic) else value for name, value in settings.items()}
+
+
+def _given(**settings: Any) -> dict[str, Any]:
+    """Return likewise those that are given."""
+    return _plain(**{name: value for name, value in settings.items() if value is not None})

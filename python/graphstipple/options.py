@@ -130,12 +130,17 @@ class Options(OptionFields, _Checked):  # noqa: D101  # it has that of its field
         InvalidInputError
             If there is no preset of this name.
         """
-        return cls._of(_core.preset_values(name), **changes)
+        options = cls._of(_core.preset(name))
+        return options.replace(**changes) if changes else options
 
     @classmethod
-    def _of(cls, values: dict[str, Any], **changes: Any) -> Options:
-        """Return options of values by name, those of the published method in a dict of their own."""
-        return cls(**{**values, "published": Published(**values["published"]), **changes})
+    def _of(cls, core: _core.Options) -> Options:
+        """Return what Rust has checked already."""
+        values = core.values()
+        published, options = object.__new__(Published), object.__new__(cls)
+        _store(published, core, values.pop("published"))
+        _store(options, core, {**values, "published": published})
+        return options
 
 
 class Preset(NamedTuple):

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
 from graphstipple._inputs import ImageLike, read_luma
-from graphstipple.drawing import Region, stipple_array
+from graphstipple.drawing import RecordedOptions, Region, known, stipple_array
 from graphstipple.options import Options, Published
 
 __all__ = [
@@ -44,6 +44,10 @@ __all__ = [
     "tone",
     "triangulate",
 ]
+
+
+_OURS = Options()
+"""Where the stages' parameters have their defaults from."""
 
 
 class Lattice(NamedTuple):
@@ -97,7 +101,7 @@ class Outline(NamedTuple):
     """As `graphstipple.Drawing.regions`."""
 
 
-def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.float32]:
+def tone(image: ImageLike, options: Options | RecordedOptions | None = None) -> npt.NDArray[np.float32]:
     """Return the tone of an image: its luma (Rec. 601, of sRGB-encoded values) under `linear`, `gamma`, `contrast` and `invert`.
 
     Parameters
@@ -117,11 +121,11 @@ def tone(image: ImageLike, options: Options | None = None) -> npt.NDArray[np.flo
     InvalidInputError, ImageFileError
         As `graphstipple.draw`.
     """
-    options = options or Options()
+    options = known(options)
     return _core.adjust(read_luma(image, options._checked.background), options._checked)
 
 
-def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArray[np.float32]:
+def emphasize(tone: npt.ArrayLike, options: Options | RecordedOptions | None = None) -> npt.NDArray[np.float32]:
     """Return the tone with details emphasized as `sharpen` and `local_contrast` say, at the spacing of the nodes.
 
     Parameters
@@ -135,11 +139,11 @@ def emphasize(tone: npt.ArrayLike, options: Options | None = None) -> npt.NDArra
     -------
     ndarray of float32, (height, width)
     """
-    return _core.emphasize(_field("tone", tone), (options or Options())._checked)
+    return _core.emphasize(_field("tone", tone), known(options)._checked)
 
 
 def importance(
-    tone: npt.ArrayLike, map_: npt.ArrayLike, options: Options | None = None, *, is_saliency: bool = True
+    tone: npt.ArrayLike, map_: npt.ArrayLike, options: Options | RecordedOptions | None = None, *, is_saliency: bool = True
 ) -> npt.NDArray[np.float32]:
     """Return the importance that the nodes are chosen by: a map with the photo's detail mixed in (docs/method.md).
 
@@ -158,10 +162,12 @@ def importance(
     -------
     ndarray of float32, (height, width)
     """
-    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, (options or Options())._checked)
+    return _core.mixed_importance(_field("tone", tone), _field("map_", map_), not is_saliency, known(options)._checked)
 
 
-def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = "hexagonal") -> Lattice:
+def lattice(
+    width: int, height: int, density: float = 1.0, kind: Literal["hexagonal", "square"] = _OURS.published.lattice
+) -> Lattice:
     """Return the regular first graph over a canvas (docs/method.md).
 
     Parameters
@@ -181,7 +187,7 @@ def lattice(width: int, height: int, density: float = 1.0, kind: Literal["hexago
     return Lattice(*_core.lattice(_count("width", width), _count("height", height), options._checked))
 
 
-def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) -> LatticeLabels:
+def lattice_labels(importance: npt.ArrayLike, options: Options | RecordedOptions | None = None) -> LatticeLabels:
     """Return the lattice and which of its nodes the importance keeps under the node budget (docs/method.md, first diffusion).
 
     Parameters
@@ -195,7 +201,7 @@ def lattice_labels(importance: npt.ArrayLike, options: Options | None = None) ->
     -------
     LatticeLabels
     """
-    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), (options or Options())._checked))
+    return LatticeLabels(*_core.lattice_labels(_field("importance", importance), known(options)._checked))
 
 
 def samples_per_pixel(density: float) -> int:
@@ -303,14 +309,14 @@ def diffuse(
     values: npt.ArrayLike,
     *,
     areas: npt.ArrayLike | None = None,
-    alpha: Literal["tonal", "dynamic"] | float = "tonal",
-    shading: float = 0.15,
-    k1: float = 1.0,
-    k2: float = 0.1,
-    base: float = 0.5,
-    detail_gain: float = 6.0,
-    hops: int = 1,
-    order: Literal["rows", "global"] = "rows",
+    alpha: Literal["tonal", "dynamic"] | float = _OURS.published.alpha,
+    shading: float = _OURS.shading,
+    k1: float = _OURS.published.k1,
+    k2: float = _OURS.published.k2,
+    base: float = _OURS.published.base,
+    detail_gain: float = _OURS.published.detail_gain,
+    hops: int = _OURS.published.hops,
+    order: Literal["rows", "global"] = _OURS.published.order,
 ) -> npt.NDArray[np.uint8]:
     """Return a label for every node by priority error diffusion (docs/method.md).
 
@@ -347,11 +353,11 @@ def refine(
     labels: npt.ArrayLike,
     *,
     areas: npt.ArrayLike | None = None,
-    sweeps: int = 12,
-    crispness: float = 1.9,
-    cohesion: float = 0.2,
+    sweeps: int = _OURS.refine,
+    crispness: float = _OURS.crispness,
+    cohesion: float = _OURS.cohesion,
     mean: float | None = None,
-    tone_tolerance: float | None = 0.014,
+    tone_tolerance: float | None = _OURS.tone_tolerance,
 ) -> Refined:
     """Return labels that follow the tones of nodes and their neighbours (docs/method.md).
 
@@ -382,7 +388,7 @@ def refine(
     return Refined(*refined)
 
 
-def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, most: int = 4) -> npt.NDArray[np.uint8]:
+def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, most: int = _OURS.split) -> npt.NDArray[np.uint8]:
     """Return the labels with dots taken apart that fused by chance (docs/method.md).
 
     Parameters
@@ -431,12 +437,12 @@ def outline(
     *,
     areas: npt.ArrayLike | None = None,
     tones: npt.ArrayLike | None = None,
-    stipple_scale: float = 1.0,
-    stipple_min: float = 0.0,
-    stipple_max: float | None = None,
-    irregularity: float = 0.0,
-    seed: int = 0,
-    tolerance: float = 0.5,
+    stipple_scale: float = _OURS.stipple_scale,
+    stipple_min: float = _OURS.stipple_min,
+    stipple_max: float | None = _OURS.stipple_max,
+    irregularity: float = _OURS.irregularity,
+    seed: int = _OURS.seed,
+    tolerance: float = _OURS.tolerance,
 ) -> Outline:
     """Return the stipples and regions of labelled sites (docs/method.md).
 

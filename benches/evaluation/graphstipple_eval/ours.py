@@ -15,7 +15,7 @@ the node budget among them, as in the defaults:
 - emphasis: `sharpen`, `local_contrast`;
 - tonal alpha: `published.alpha`;
 - nodes labelled row by row: `published.importance_order` where they are chosen, `published.order` where they become black or white;
-- error carried by area: `published.error_weighting`;
+- error weighted by area: `published.error_weighting`;
 - labels refined: `refine`;
 - correction of the mean tone: `tone_tolerance`;
 - fused dots split: `split`;
@@ -83,7 +83,7 @@ _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-tonal-alpha", "dynamic alpha", {"published": _PUBLISHED.replace(alpha="dynamic")}),
     ("global-importance-order", "nodes chosen by priority", {"published": _PUBLISHED.replace(importance_order="global")}),
     ("global-order", "nodes labelled by priority", {"published": _PUBLISHED.replace(order="global")}),
-    ("no-area", "error carried by value", {"published": _PUBLISHED.replace(error_weighting="value")}),
+    ("no-area", "error weighted by value", {"published": _PUBLISHED.replace(error_weighting="value")}),
     ("unrefined", "labels as diffused", {"refine": 0}),
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
     ("fused-dots", "fused dots left", {"split": 0}),

@@ -9,12 +9,16 @@ import math
 from numbers import Real
 from typing import Any, TypeAlias
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from graphstipple._errors import InvalidInputError
+from graphstipple._errors import InvalidInputError, MissingPackageError
 from graphstipple._inputs import check_range
+
+try:
+    import cv2
+except ImportError as error:
+    raise MissingPackageError(f"metrics need OpenCV ({error}): pip install opencv-contrib-python-headless") from error
 
 Field: TypeAlias = npt.NDArray[np.float64]
 

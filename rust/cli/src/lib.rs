@@ -49,7 +49,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn()
 
 /// What is printed in place of drawing, if a flag asks for it: then nothing else is looked at.
 fn printed(arguments: &[OsString]) -> Option<String> {
-    arguments.iter().skip(1).find_map(|argument| {
+    // What comes behind -- is a path, whatever it looks like.
+    arguments.iter().skip(1).take_while(|argument| *argument != "--").find_map(|argument| {
         let flag = match argument.to_str()? {
             "-h" => "help",
             "-V" => "version",
@@ -172,8 +173,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let outcome = draw_owned(luma, importance, &job.options, control)?;
 
     let mut stats = outcome.stats;
-    *stats.seconds.entry("total".into()).or_default() += seconds.values().sum::<f64>();
-    stats.seconds.extend(seconds);
+    stats.add_seconds(seconds);
     let mut drawing = outcome.drawing;
     if let Some(least) = least_radius {
         let (changed, changes) = drawing.with_least_radius(least)?;

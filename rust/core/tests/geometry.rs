@@ -274,4 +274,13 @@ fn what_is_told_of_a_drawing_of_another_version_is_kept() {
         assert!(again.contains("\"wobble\":0.25,\"nodes\":null") && again.contains("\"subject\":[\"auto\",-0.0,1e-7]"), "{again}");
         assert_eq!(String::from_utf8(written(&drawing, suffix, Export::default())).unwrap(), ours);
     }
+    // What would stand twice in a JSON file is not kept; names are told in one short line, whatever they are.
+    let ours = String::from_utf8(written(&drawing, "svg", Export::default())).unwrap();
+    let many: String = (0..1000).map(|i| format!("\"new\\nline{i}\":0,")).collect();
+    let theirs = ours.replacen("{\"version\":", "{\"canvas\":1,\"format\":2,\"version\":", 1);
+    let theirs = theirs.replacen("\"options\":{", &format!("\"options\":{{{many}"), 1);
+    let drawing = read(&theirs, "svg").unwrap();
+    assert_eq!(read(written(&drawing, "json", Export::default()), "json").unwrap(), drawing);
+    let told = drawing.provenance.options().unwrap_err().to_string();
+    assert!(told.len() < 200 && told.lines().count() == 1 && told.ends_with("new\\nline4, and 995 more"), "{told}");
 }

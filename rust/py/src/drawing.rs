@@ -77,7 +77,7 @@ impl Drawing {
     /// What the pipeline made, for Python.
     pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
         let Outcome { drawing, stats, graph, cells, labels, components, importance } = outcome;
-        let Json::Object(stats) = to_json(&stats)? else {
+        let Json::Object(stats) = serde_json::to_value(&stats).map_err(internal)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
         Ok(Self { drawing, stats, stages: Some(Stages { graph, cells, labels, components, importance }) })
@@ -161,12 +161,12 @@ impl Drawing {
 
     /// Version, importance and options, as they were written.
     fn provenance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        values::data(py, &to_json(&self.drawing.provenance)?)
+        values::data(py, &serde_json::to_value(&self.drawing.provenance).map_err(internal)?)
     }
 
-    /// The options that the drawing was made with, by name, if this version knows them all.
-    fn options(&self, py: Python<'_>) -> PyResult<Py<PyDict>> {
-        options::values_of(py, &self.drawing.provenance.options().map_err(errors::from_core)?)
+    /// The options that the drawing was made with, if this version knows them all.
+    fn options(&self) -> PyResult<Options> {
+        Ok(Options { checked: self.drawing.provenance.options().map_err(errors::from_core)? })
     }
 
     /// The dots: x, y, radius (n, 3) in pixels, and ink (n,).
@@ -289,6 +289,6 @@ fn writer(format: Format, settings: &Bound<'_, PyDict>) -> PyResult<Writer> {
     format.writer(options::export(settings)?).map_err(errors::from_core)
 }
 
-fn to_json(value: &impl serde::Serialize) -> PyResult<Json> {
-    serde_json::to_value(value).map_err(|error| errors::from_core(Error::Internal(error.to_string())))
+fn internal(error: serde_json::Error) -> PyErr {
+    errors::from_core(Error::Internal(error.to_string()))
 }

@@ -22,7 +22,7 @@ mod _core {
     #[pymodule_export]
     use crate::drawing::{Drawing, draw, load};
     #[pymodule_export]
-    use crate::options::{Options, formats, options_schema, preset_values, presets, settings, sources};
+    use crate::options::{Options, formats, of_preset, options_schema, presets, settings, sources};
     #[pymodule_export]
     use crate::photo::{adjust, luma, luma_to_u8, read_luma, saliency};
     #[pymodule_export]

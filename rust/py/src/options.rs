@@ -43,7 +43,7 @@ impl Options {
 }
 
 /// The values of options by name; those of the published method in a table of their own.
-pub(crate) fn values_of(py: Python<'_>, options: &CoreOptions) -> PyResult<Py<PyDict>> {
+fn values_of(py: Python<'_>, options: &CoreOptions) -> PyResult<Py<PyDict>> {
     let (plain, method) = (PyDict::new(py), PyDict::new(py));
     for declaration in DECLARATIONS {
         let table = if declaration.group == Group::Method { &method } else { &plain };
@@ -53,10 +53,12 @@ pub(crate) fn values_of(py: Python<'_>, options: &CoreOptions) -> PyResult<Py<Py
     Ok(plain.unbind())
 }
 
-/// The options of a preset, by name.
+/// The options of the preset of a name.
 #[pyfunction]
-pub(crate) fn preset_values(py: Python<'_>, name: &str) -> PyResult<Py<PyDict>> {
-    values_of(py, &preset(name).map_err(errors::from_core)?.options)
+#[pyo3(name = "preset")]
+pub(crate) fn of_preset(name: &str) -> PyResult<Options> {
+    let checked = preset(name).and_then(|preset| preset.options.check()).map_err(errors::from_core)?;
+    Ok(Options { checked })
 }
 
 /// Name, description and inks of every preset.
@@ -90,10 +92,10 @@ pub(crate) fn sources() -> Vec<(&'static str, &'static str)> {
     KINDS.iter().map(|kind| (kind.form, kind.sentence)).collect()
 }
 
-/// How a file is written, from settings by name; those that are None are as if they were not there.
+/// How a file is written, from settings by name.
 pub(crate) fn export(settings: &Bound<'_, PyDict>) -> PyResult<Checked<Export>> {
     let mut export = Export::default();
-    for (name, value) in settings.iter().filter(|(_, value)| !value.is_none()) {
+    for (name, value) in settings {
         export.set(&name.extract::<String>()?, &values::from_python(&value)?).map_err(errors::from_core)?;
     }
     export.check().map_err(errors::from_core)

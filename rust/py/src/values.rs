@@ -13,10 +13,11 @@ pub(crate) fn from_python(object: &Bound<'_, PyAny>) -> PyResult<Value> {
     } else if let Ok(is_on) = object.cast::<PyBool>() {
         Value::Switch(is_on.is_true())
     } else if object.is_instance_of::<PyInt>() {
-        match object.extract::<u64>() {
-            Ok(whole) => Value::Whole(whole),
-            // Below 0, or beyond what any option takes.
-            Err(_) => object.extract().map_or(Value::Number(f64::INFINITY), Value::Number),
+        match (object.extract::<u64>(), object.extract::<i64>()) {
+            (Ok(whole), _) => Value::Whole(whole),
+            (Err(_), Ok(negative)) => Value::Number(negative as f64),
+            // Beyond what any option takes.
+            (Err(_), Err(_)) => Value::Foreign(object.repr()?.to_string()),
         }
     } else if object.is_instance_of::<PyFloat>() {
         Value::Number(object.extract()?)

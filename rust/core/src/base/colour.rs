@@ -13,6 +13,9 @@ pub struct Color {
 }
 
 impl Color {
+    /// What is read as one, for messages.
+    pub(crate) const ALLOWED: &str = "white, black, #rrggbb or #rgb";
+
     /// The paper's.
     pub fn white() -> Self {
         Self { name: "white".to_owned(), rgb: [255; 3] }
@@ -36,7 +39,7 @@ impl FromStr for Color {
     /// Reads `white`, `black`, `#rrggbb` or `#rgb`.
     ///
     /// # Errors
-    /// [`Error::Option`] of the option `background` for anything else.
+    /// [`Error::Option`] for anything else.
     fn from_str(text: &str) -> Result<Self> {
         let hexadecimal = |digits: &str| {
             // Digit by digit: from_str_radix would allow a sign.
@@ -52,7 +55,7 @@ impl FromStr for Color {
             "black" => Some([0; 3]),
             _ => text.strip_prefix('#').and_then(hexadecimal),
         };
-        let rgb = rgb.ok_or_else(|| Error::option("background", text, "white, black, #rrggbb or #rgb"))?;
+        let rgb = rgb.ok_or_else(|| Error::option("colour", text, Self::ALLOWED))?;
         Ok(Self { name: text.to_owned(), rgb })
     }
 }
@@ -72,6 +75,6 @@ mod tests {
         for bad in ["", "#", "red", "White", "#12", "#12345", "#+12", "#ggg", "#äöü", "123456"] {
             assert!(rgb(bad).is_err(), "{bad}");
         }
-        assert_eq!(rgb("grey").unwrap_err().to_string(), "background is grey, but it must be white, black, #rrggbb or #rgb");
+        assert_eq!(rgb("grey").unwrap_err().to_string(), "colour is grey, but it must be white, black, #rrggbb or #rgb");
     }
 }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::base::{Error, FLATTENING_TOLERANCE, Ink, Result, circle_polygon, flatten_path, is_mirrored, signed_area};
+use crate::base::{Checked, Error, FLATTENING_TOLERANCE, Ink, Result, circle_polygon, flatten_path, is_mirrored, signed_area};
 use crate::options::Options;
 use crate::outlines::Stipple;
 
@@ -87,19 +87,26 @@ pub struct Provenance {
     pub rest: Map<String, Value>,
 }
 
+/// Unknown options that a message names.
+const MOST_NAMED: usize = 5;
+
 impl Provenance {
     /// The options, to draw with them again.
     ///
     /// # Errors
     /// [`Error::Input`] with those that this version does not know, or for the first of which it takes no such value.
-    pub fn options(&self) -> Result<Options> {
-        let made_by = format!("the drawing was made by graphstipple {}", self.version);
+    pub fn options(&self) -> Result<Checked<Options>> {
+        let made_by = format!("the drawing was made by graphstipple {}", self.version.escape_debug());
         let unknown = Options::unknown(&self.options);
         if !unknown.is_empty() {
-            let unknown = unknown.join(", ");
-            return Err(Error::Input(format!("{made_by} with options that this version, {VERSION}, does not know: {unknown}")));
+            let mut told: Vec<String> = unknown.iter().take(MOST_NAMED).map(|name| name.escape_debug().to_string()).collect();
+            if unknown.len() > MOST_NAMED {
+                told.push(format!("and {} more", unknown.len() - MOST_NAMED));
+            }
+            let told = told.join(", ");
+            return Err(Error::Input(format!("{made_by} with options that this version, {VERSION}, does not know: {told}")));
         }
-        let known = Options::from_json(&self.options).and_then(|options| options.clone().check().map(|_| options));
+        let known = Options::from_json(&self.options).and_then(Options::check);
         known.map_err(|error| Error::Input(format!("{made_by}; in this version, {VERSION}, {error}")))
     }
 }

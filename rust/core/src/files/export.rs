@@ -35,12 +35,10 @@ pub struct Setting {
     pub allowed: &'static str,
     /// Whether it is about the size on paper.
     pub is_size: bool,
-    /// Whether it asks for something that a format without it cannot give: then it is refused there, not left alone.
-    pub(crate) is_refused_elsewhere: bool,
     /// Sets the field if the value is of its type.
     set: fn(&mut Export, &Value) -> Option<()>,
-    /// The value, where it is another than by default.
-    pub(crate) given: fn(&Export) -> Option<String>,
+    /// For what a format without it cannot give, and so refuses instead of leaving it alone: the value, where it is given.
+    pub(crate) refused: Option<fn(&Export) -> Option<String>>,
 }
 
 /// Every setting.
@@ -52,9 +50,8 @@ pub const SETTINGS: &[Setting] = &[
         default: "flat",
         allowed: "\"flat\" or \"layered\"",
         is_size: false,
-        is_refused_elsewhere: false,
         set: |export, value| Style::read(value).map(|style| export.style = style),
-        given: |export| (export.style != Style::default()).then(|| export.style.name().to_owned()),
+        refused: None,
     },
     Setting {
         name: "inks",
@@ -63,9 +60,8 @@ pub const SETTINGS: &[Setting] = &[
         default: "black, or as the preset suggests",
         allowed: "\"black\", \"white\" or \"both\"",
         is_size: false,
-        is_refused_elsewhere: false,
         set: |export, value| Inks::read(value).map(|inks| export.inks = inks),
-        given: |export| (export.inks != Inks::default()).then(|| export.inks.name().to_owned()),
+        refused: None,
     },
     Setting {
         name: "one_bit",
@@ -74,45 +70,41 @@ pub const SETTINGS: &[Setting] = &[
         default: "grey edges",
         allowed: "True or False",
         is_size: false,
-        is_refused_elsewhere: true,
         set: |export, value| bool::read(value).map(|one_bit| export.one_bit = one_bit),
-        given: |export| export.one_bit.then(|| "True".to_owned()),
+        refused: Some(|export| export.one_bit.then(|| "True".to_owned())),
     },
     Setting {
         name: "width",
         value_name: "LENGTH",
         sentence: "Width without margins, in mm, cm, in, pt or px",
         default: "what fits the page, or a px for a pixel",
-        allowed: LENGTH,
+        allowed: Length::ALLOWED,
         is_size: true,
-        is_refused_elsewhere: false,
         set: |export, value| length(value).map(|width| export.layout.width = Some(width)),
-        given: |export| export.layout.width.map(|width| width.to_string()),
+        refused: None,
     },
     Setting {
         name: "margin",
         value_name: "LENGTH",
         sentence: "Empty paper on all four sides, at least",
         default: "0",
-        allowed: LENGTH,
+        allowed: Length::ALLOWED,
         is_size: true,
-        is_refused_elsewhere: false,
         set: |export, value| length(value).map(|margin| export.layout.margin = margin),
-        given: |export| (export.layout.margin != Length::default()).then(|| export.layout.margin.to_string()),
+        refused: None,
     },
     Setting {
         name: "page",
         value_name: "PAGE",
         sentence: "Sheet: A3 to A6, letter, legal, tabloid, or a size such as 300x200mm",
         default: "the drawing and its margins",
-        allowed: "\"A3\", \"A4\", \"A5\", \"A6\", \"letter\", \"legal\", \"tabloid\", or width x height such as \"300x200mm\"",
+        allowed: Page::ALLOWED,
         is_size: true,
-        is_refused_elsewhere: false,
         set: |export, value| {
             let Value::Word(text) = value else { return None };
             text.parse().ok().map(|page: Page| export.layout.page = Some(page))
         },
-        given: |export| export.layout.page.map(|page| page.to_string()),
+        refused: None,
     },
     Setting {
         name: "dpi",
@@ -121,14 +113,10 @@ pub const SETTINGS: &[Setting] = &[
         default: "300 on paper",
         allowed: "a number between 1 and 10000 pixels per inch",
         is_size: true,
-        is_refused_elsewhere: true,
         set: |export, value| f64::read(value).map(|dpi| export.layout.dpi = Some(dpi)),
-        given: |export| export.layout.dpi.map(|dpi| dpi.to_string()),
+        refused: Some(|export| export.layout.dpi.map(|dpi| dpi.to_string())),
     },
 ];
-
-/// What a length is, for messages.
-const LENGTH: &str = "a number, at least 0, with mm, cm, in, pt or px (px when there is no unit), such as \"200mm\"";
 
 /// A length as somebody gives it: a number of px, or text with a unit.
 fn length(value: &Value) -> Option<Length> {
@@ -145,7 +133,7 @@ fn length(value: &Value) -> Option<Length> {
 /// # Errors
 /// [`Error::Option`] of this name if the value is none.
 pub fn named_length(name: &str, value: &Value) -> Result<Length> {
-    length(value).ok_or_else(|| Error::option(name, value, LENGTH))
+    length(value).ok_or_else(|| Error::option(name, value, Length::ALLOWED))
 }
 
 impl Export {
@@ -192,9 +180,9 @@ mod tests {
             ("page", word("letter")),
             ("dpi", Value::Number(600.0)),
         ] {
-            assert_eq!((SETTINGS.iter().find(|setting| setting.name == name).unwrap().given)(&export), None, "{name}");
+            let before = export.clone();
             export.set(name, &value).unwrap();
-            assert!((SETTINGS.iter().find(|setting| setting.name == name).unwrap().given)(&export).is_some(), "{name}");
+            assert_ne!(export, before, "{name}");
         }
         let length = |text: &str| text.parse::<Length>().unwrap();
         let layout =
@@ -213,7 +201,7 @@ mod tests {
             let told = message("width", &wrong);
             assert!(told.starts_with(&format!("width is {wrong}, but it must be a number, at least 0, with mm")), "{told}");
         }
-        assert!(message("page", &Value::Whole(4)).starts_with("page is 4, but it must be \"A3\", \"A4\""));
+        assert!(message("page", &Value::Whole(4)).starts_with("page is 4, but it must be A3, A4"));
         assert_eq!(message("stlye", &word("flat")), "there is no setting stlye of how a drawing is written");
         assert!(named_length("min_dot", &word("x")).unwrap_err().to_string().starts_with("min_dot is \"x\", but it must be"));
     }

@@ -11,6 +11,9 @@ use crate::drawing::{Drawing, Provenance};
 /// The value of `format` in every file.
 pub(crate) const FORMAT: &str = "graphstipple drawing";
 
+/// What a file has beside the provenance.
+pub(crate) const NAMES: [&str; 6] = ["format", "canvas", "units", "stipples", "regions", "curves"];
+
 /// The canvas.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Canvas {

@@ -82,6 +82,9 @@ pub struct Length {
 }
 
 impl Length {
+    /// What is read as one, for messages.
+    pub(crate) const ALLOWED: &str = "a number, at least 0, with mm, cm, in, pt or px (px when there is no unit), such as 200mm";
+
     /// The length in points.
     pub fn points(self) -> f64 {
         self.value * self.unit.points()
@@ -98,13 +101,9 @@ impl FromStr for Length {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        parse_number(text).map(|(value, unit)| Self { value, unit: unit.unwrap_or_default() }).ok_or_else(|| {
-            Error::option(
-                "length",
-                text.trim(),
-                "a number, at least 0, with mm, cm, in, pt or px (px when there is no unit), such as 200mm",
-            )
-        })
+        parse_number(text)
+            .map(|(value, unit)| Self { value, unit: unit.unwrap_or_default() })
+            .ok_or_else(|| Error::option("length", text.trim(), Self::ALLOWED))
     }
 }
 
@@ -179,6 +178,9 @@ pub enum Page {
 }
 
 impl Page {
+    /// What is read as one, for messages.
+    pub(crate) const ALLOWED: &str = "A3, A4, A5, A6, letter, legal, tabloid, or width x height such as 300x200mm";
+
     /// Width and height for a canvas of `width` x `height` pixels.
     fn size(self, width: usize, height: usize) -> [Length; 2] {
         match self {
@@ -215,9 +217,7 @@ impl FromStr for Page {
             let second = second.unwrap_or(first.unwrap_or_default());
             Some(Self::Size(Length { value: width, unit: first.unwrap_or(second) }, Length { value: height, unit: second }))
         });
-        parsed.ok_or_else(|| {
-            Error::option("page", text, "A3, A4, A5, A6, letter, legal, tabloid, or width x height such as 300x200mm")
-        })
+        parsed.ok_or_else(|| Error::option("page", text, Self::ALLOWED))
     }
 }
 

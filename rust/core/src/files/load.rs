@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 
 use crate::base::{Error, Frame, Ink, Result, is_closed};
 use crate::drawing::{Drawing, Provenance, invalid, put_together};
-use crate::files::json::{Canvas, Dot, FORMAT};
+use crate::files::json::{Canvas, Dot, FORMAT, NAMES};
 use crate::files::svg::NAMESPACE;
 use crate::outlines::Stipple;
 use crate::photo::check_size;
@@ -101,6 +101,8 @@ pub(super) fn from_svg(text: &str) -> Result<Drawing> {
         ground: Ink::White,
         provenance: serde_json::from_str(about.text().unwrap_or_default()).map_err(invalid)?,
     };
+    // A JSON file has names of its own beside those of the provenance.
+    contents.provenance.rest.retain(|name, _| !NAMES.contains(&name.as_str()));
     let groups = || document.descendants().filter(|node| node.has_tag_name("g"));
     let ink_of = |id: &str| {
         let id = id

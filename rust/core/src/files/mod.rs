@@ -143,9 +143,9 @@ impl Format {
     /// # Errors
     /// [`Error::Option`] for a setting that this format cannot have. What makes no difference to it is no error.
     pub fn writer(self, export: Checked<Export>) -> Result<Writer> {
-        let refused = SETTINGS.iter().filter(|setting| setting.is_refused_elsewhere && !self.settings.contains(&setting.name));
-        if let Some((setting, value)) = refused.filter_map(|setting| (setting.given)(&export).map(|value| (setting, value))).next()
-        {
+        let others = SETTINGS.iter().filter(|setting| !self.settings.contains(&setting.name));
+        let given = |setting: &'static Setting| Some((setting, setting.refused?(&export)?));
+        if let Some((setting, value)) = others.filter_map(given).next() {
             let with = Self::listed(Self::ALL.iter().filter(|format| format.settings.contains(&setting.name)));
             let allowed = format!("left out unless the file is a {with}: the others have no pixels");
             return Err(Error::option(setting.name, value, allowed));

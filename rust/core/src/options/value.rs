@@ -222,7 +222,7 @@ impl Rule {
                 let words: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
                 format!("{} or a number between {least} and {most}", words.join(", "))
             }
-            Self::Color => "white, black, #rrggbb or #rgb".to_owned(),
+            Self::Color => Color::ALLOWED.to_owned(),
         }
     }
 
