@@ -358,8 +358,8 @@ def test_front_ends_know_no_option_by_its_name() -> None:
 
 
 MOST_PLACES = 4
-"""Files of the core, besides those of the options themselves, in which one may stand as a field: the stage that uses it, or where the
-parameters of a stage are put together and used."""
+"""Files of the core, besides those of the options themselves, in which one may stand as a field: the stage that uses it, or where
+the parameters of a stage are put together and used."""
 
 
 def test_the_places_of_an_option_add_up() -> None:
