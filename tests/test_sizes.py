@@ -268,7 +268,7 @@ def test_dots_have_a_least_radius_on_paper(folder):
         (
             ["-o", "no.svg", "--page", "A0"],
             USAGE,
-            '--page is "A0", but it must be "A3", "A4", "A5", "A6", "letter", "legal", "tabloid", or',
+            '--page is "A0", but it must be A3, A4, A5, A6, letter, legal, tabloid, or',
         ),
         (["-o", "no.svg", "--style", "layered", "--inks", "white"], USAGE, "a layered drawing has both inks"),
     ],

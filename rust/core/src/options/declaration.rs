@@ -224,37 +224,37 @@ macro_rules! declare {
 
         /// Every option, in the order in which they are declared.
         pub const DECLARATIONS: &[$crate::options::declaration::DeclarationOf<$options>] = &[
-            $($crate::options::declaration::DeclarationOf {
-                name: stringify!($name),
-                rule: $rule,
-                unit: $unit,
-                group: $group,
-                audience: $audience,
-                absent: $crate::options::declaration::absent!($($word, $meaning)?),
-                stages: &[$($stage),*],
-                lines: concat!($($line, "\n"),+),
-                matters: $crate::options::declaration::matters!($($matters)?),
-                get: |options| $crate::options::value::Typed::value(&options.$name),
-                set: |options, value| $crate::options::value::Typed::read(value).map(|value| options.$name = value).is_some(),
-                copy: |to, from| to.$name.clone_from(&from.$name),
-            },)+
-            $($crate::options::declaration::DeclarationOf {
-                name: stringify!($group_name),
-                rule: $group_rule,
-                unit: $group_unit,
-                group: $group_group,
-                audience: $group_audience,
-                absent: $crate::options::declaration::absent!($($group_word, $group_meaning)?),
-                stages: &[$($group_stage),*],
-                lines: concat!($($group_line, "\n"),+),
-                matters: $crate::options::declaration::matters!($($group_matters)?),
-                get: |options| $crate::options::value::Typed::value(&options.published.$group_name),
-                set: |options, value| {
-                    $crate::options::value::Typed::read(value).map(|value| options.published.$group_name = value).is_some()
-                },
-                copy: |to, from| to.published.$group_name.clone_from(&from.published.$group_name),
-            },)+
+            $($crate::options::declaration::entry!(
+                [$name] $name, $rule, $unit, $group, $audience, [$($stage),*], [$($line),+], [$($word, $meaning)?], [$($matters)?]
+            ),)+
+            $($crate::options::declaration::entry!(
+                [published.$group_name] $group_name, $group_rule, $group_unit, $group_group, $group_audience, [$($group_stage),*],
+                [$($group_line),+], [$($group_word, $group_meaning)?], [$($group_matters)?]
+            ),)+
         ];
+    };
+}
+
+/// One line of the table: where the field is, its name, and what the declaration says of it.
+macro_rules! entry {
+    (
+        [$($field:ident).+] $name:ident, $rule:expr, $unit:literal, $group:ident, $audience:ident, [$($stage:ident),*], [$($line:literal),+],
+        [$($absent:tt)*], [$($matters:expr)?]
+    ) => {
+        $crate::options::declaration::DeclarationOf {
+            name: stringify!($name),
+            rule: $rule,
+            unit: $unit,
+            group: $group,
+            audience: $audience,
+            absent: $crate::options::declaration::absent!($($absent)*),
+            stages: &[$($stage),*],
+            lines: concat!($($line, "\n"),+),
+            matters: $crate::options::declaration::matters!($($matters)?),
+            get: |options| $crate::options::value::Typed::value(&options.$($field).+),
+            set: |options, value| $crate::options::value::Typed::read(value).map(|value| options.$($field).+ = value).is_some(),
+            copy: |to, from| to.$($field).+.clone_from(&from.$($field).+),
+        }
     };
 }
 
@@ -278,4 +278,4 @@ macro_rules! matters {
     };
 }
 
-pub(super) use {absent, declare, matters};
+pub(super) use {absent, declare, entry, matters};
