@@ -276,7 +276,7 @@ def test_help_is_short_and_shows_what_people_turn(program):
     assert shown(text)[:5] == ["output", "preset", "nodes", "width", "preview"]
     headings = re.findall(r"^([A-Z][A-Za-z ]+):$", text, flags=re.MULTILINE)
     groups = list(dict.fromkeys(it["x-group"] for it in OPTIONS.values() if it["x-everyday"]))
-    assert headings == ["Examples", "Arguments", "To begin with", "File", "Size on paper", *groups, "Print"]
+    assert headings == ["Examples", "To begin with", "File", "Size on paper", *groups, "Print"]
     for name in everyday:
         assert in_words(OPTIONS[name]["description"]).partition(". ")[0].rstrip(".") in in_words(text)
     assert "--help-all" in text.splitlines()[-1]
@@ -656,3 +656,15 @@ def test_the_file_of_a_drawing_is_its_svg_with_a_preview(tmp_path):
     np.testing.assert_array_equal(
         np.asarray(Image.open(io.BytesIO((tmp_path / "out.png").read_bytes())).convert("L")), drawing.rasterize(200)
     )
+
+
+def test_a_blank_drawing_is_one_line_on_standard_error(program, tmp_path):
+    faint = np.tile(np.linspace(240, 255, 60).astype(np.uint8), (40, 1))
+    Image.fromarray(faint).save(tmp_path / "fog.png")
+    result = done(program, "fog.png", "-o", "fog.svg", cwd=tmp_path)
+    told = result.stderr.decode()
+    assert told.startswith("graphstipple: warning: the whole drawing is white, as the photo's tones lie between 0.94 and 1.00")
+    assert len(told.splitlines()) == 1
+    assert (tmp_path / "fog.svg").exists()
+    result = done(program, "fog.png", "-o", "fog.svg", "--white-point", "auto", "--black-point", "auto", cwd=tmp_path)
+    assert result.stderr == b""

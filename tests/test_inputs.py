@@ -293,3 +293,46 @@ def test_missing_importance_files_are_named(small: np.ndarray) -> None:
         gs.draw(small, importance="missing.png")
     with pytest.raises(gs.InvalidInputError, match="importance is salience, but it must be saliency, none"):
         gs.draw(small, importance="salience")
+
+
+# Points, and drawings that come out blank ----------------------------------------------------------------------------------------
+
+
+def soft_spot(low: float, high: float) -> np.ndarray:
+    """Return a soft dark spot in the middle of a light ground, between two greys."""
+    y, x = np.mgrid[-1:1:64j, -1.5:1.5:96j]
+    return (high - (high - low) * np.exp(-3 * (x * x + y * y))).astype(np.float32)
+
+
+@pytest.mark.parametrize(("low", "high", "colour"), [(0.93, 1.0, "white"), (0.0, 0.06, "black")])
+def test_a_blank_drawing_is_told_and_points_show_its_subject(low: float, high: float, colour: str) -> None:
+    faint = soft_spot(low, high)
+    with pytest.warns(gs.GraphStippleWarning, match=f"the whole drawing is {colour}, as the photo's tones lie between {low:.2f}"):
+        gs.draw(faint)
+    session = gs.Session(faint)
+    with pytest.warns(gs.GraphStippleWarning, match="white point and black point to auto"):
+        session.draw()
+    # Nothing is said where there is something to see, or nothing in the photo: warnings are errors here.
+    options = gs.Options(white_point="auto", black_point="auto")
+    for drawing in (gs.draw(faint, options=options), session.draw(options)):
+        middle, corner = drawing.rasterize()[24:40, 36:60], drawing.rasterize()[:16, :24]
+        assert middle.mean() < 40
+        assert corner.mean() > 215
+    gs.draw(np.full((20, 30), 235, np.uint8))
+    gs.draw(np.tile(np.array([[254, 255]], np.uint8), (20, 15)))
+
+
+def test_points_are_greys_of_the_photo() -> None:
+    luma = np.array([[0.2, 0.4, 0.5, 0.6, 0.9]])
+    stretched = gs.stages.tone(luma, gs.Options(black_point=0.4, white_point=0.6))
+    np.testing.assert_allclose(stretched, [[0, 0, 0.5, 1, 1]], atol=1e-6)
+    # As percentiles have it, of a noise with specks.
+    noise = np.random.default_rng(3).uniform(0.3, 0.7, (100, 200)).astype(np.float32)
+    noise[0, :50], noise[0, 50:100] = 0, 1
+    black, white = np.sort(noise.ravel())[[99, 19900]]
+    tone = gs.stages.tone(noise, gs.Options(black_point="auto", white_point="auto"))
+    np.testing.assert_allclose(tone, np.clip((noise - black) / (white - black), 0, 1), atol=1e-6)
+    with pytest.raises(gs.InvalidInputError, match=r"the photo's white point is 0\.900, but it must be above its black point"):
+        gs.draw(luma, options=gs.Options(black_point=0.95, white_point="auto"))
+    with pytest.raises(gs.InvalidInputError, match=r"white_point is 0\.3, but it must be above black_point, which is 0\.4"):
+        gs.Options(black_point=0.4, white_point=0.3)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from graphstipple._core import __version__
 from graphstipple._errors import (
     GraphStippleError,
+    GraphStippleWarning,
     ImageFileError,
     ImageFileNotFoundError,
     InvalidInputError,
@@ -34,6 +35,7 @@ __all__ = [
     "Drawing",
     "Graph",
     "GraphStippleError",
+    "GraphStippleWarning",
     "ImageFileError",
     "ImageFileNotFoundError",
     "InvalidInputError",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
-from graphstipple._errors import InvalidInputError
+from graphstipple._errors import GraphStippleWarning, InvalidInputError
 from graphstipple._inputs import ImageLike, is_pil, read_luma
 from graphstipple.drawing import Drawing, RecordedOptions, known
 from graphstipple.options import Options
@@ -67,13 +68,18 @@ def draw(
         If the image, the importance or an option breaks a rule.
     ImageFileError
         If a file cannot be read as an image; `ImageFileNotFoundError` if there is none.
+
+    Warns
+    -----
+    GraphStippleWarning
+        If the drawing is blank, though the photo is not flat.
     """
     options = known(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
     result = _core.draw(*_read(image, importance, options._checked.background, seconds, report), options._checked, progress)
     report("outlines", 1.0)
-    return Drawing(result, options, seconds)
+    return _drawing(result, options, seconds)
 
 
 class Session:
@@ -157,7 +163,7 @@ class Session:
             self._state = state
         result = state.session.draw(options._checked, progress)
         report("outlines", 1.0)
-        return Drawing(result, options, seconds)
+        return _drawing(result, options, seconds)
 
     def __repr__(self) -> str:
         session = self._state.session
@@ -177,6 +183,13 @@ class _State(NamedTuple):
 
     background: tuple[int, int, int]
     session: _core.Session
+
+
+def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float]) -> Drawing:
+    """Return what the core has drawn, and pass its warning on to whoever called `draw`."""
+    if core.warning:
+        warnings.warn(core.warning, GraphStippleWarning, stacklevel=3)
+    return Drawing(core, options, seconds)
 
 
 def _read(

@@ -5,6 +5,10 @@ class GraphStippleError(Exception):
     """Base class of every error that graphstipple raises on purpose."""
 
 
+class GraphStippleWarning(UserWarning):
+    """A drawing is hardly what was wanted: it is blank, though the photo is not flat; the message says what to do."""
+
+
 class InvalidInputError(GraphStippleError, ValueError):
     """An image, a map, an array or an option breaks a rule; the message says which and what is allowed."""
 

@@ -142,16 +142,21 @@ class OptionFields:
         How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions. 0 to 1.
     seed : int
         Which of the irregular shapes stipples have. 0 to 2^53.
+    white_point : {"auto"} or float, optional
+        The photo's grey that becomes white. For scans and photos of paper; auto leaves half a percent of the pixels beyond
+        it. Auto or 0.004 to 1. None: 1.
+    black_point : {"auto"} or float, optional
+        The photo's grey that becomes black. It lies below the white point; auto as there. Auto or 0 to 0.996. None: 0.
     linear : bool
         Takes the tone in linear light. White then reflects as much light as the photo's grey on a screen. True, False.
     gamma : float
-        Brightens above 1, darkens below. The tone is raised to the power 1 / gamma. 0.1 to 10.
+        Above 1 lighter, below darker. The tone is raised to the power 1 / gamma. 0.1 to 10.
     contrast : float
-        Factor on the tone's distance from middle grey. 0 to 10.
+        Factor on distances from middle grey. 0 to 10.
     invert : bool
         Swaps black and white in the photo. True, False.
     background : str
-        What shows through transparent parts of the photo and of a map. White, black, #rrggbb, #rgb.
+        What shows through transparent parts. Those of the photo, and of a map of one's own. White, black, #rrggbb, #rgb.
     threads : int, optional
         Worker threads; the drawing does not depend on them. 1 to 1,024. None: one a core.
     published : Published
@@ -184,6 +189,8 @@ class OptionFields:
     stipple_max: float | None = None
     irregularity: float = 0.0
     seed: int = 0
+    white_point: Literal["auto"] | float | None = None
+    black_point: Literal["auto"] | float | None = None
     linear: bool = False
     gamma: float = 1.0
     contrast: float = 1.0

@@ -30,6 +30,9 @@ Examples:
 /// The options that most people begin with, above all others in the help.
 const FIRST: [&str; 5] = ["output", "preset", "nodes", "width", "preview"];
 
+/// Their heading.
+const FIRST_HEADING: &str = "To begin with";
+
 /// The flag that shows every option.
 pub(crate) const HELP_ALL: &str = "help-all";
 
@@ -66,7 +69,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         arguments.into_iter().partition(|argument| FIRST.contains(&argument.get_id().as_str()));
     for name in FIRST {
         let argument = first.iter().find(|argument| argument.get_id() == name).cloned();
-        command = command.args(argument.map(|argument| argument.help_heading("To begin with")));
+        command = command.args(argument.map(|argument| argument.help_heading(FIRST_HEADING)));
     }
     if !with_all {
         command = command.after_help("More options, for those who want to know exactly: --help-all");
@@ -79,7 +82,8 @@ fn photo() -> Arg {
         .value_name("PHOTO")
         .required(true)
         .value_parser(value_parser!(PathBuf))
-        .help(format!("Image to draw: {}; {STANDARD} reads standard input", "PNG, JPEG, TIFF or WebP"))
+        .help(format!("Image to draw: PNG, JPEG, TIFF or WebP; {STANDARD} reads standard input"))
+        .help_heading(FIRST_HEADING)
 }
 
 /// An argument of an option of the drawing.
@@ -115,6 +119,7 @@ fn help_of(declaration: &Declaration, with_all: bool) -> String {
         Rule::UpTo(most) => format!("above 0 to {most}"),
         Rule::Whole(least, most) if most >= 1 << 30 => format!("at least {least}"),
         Rule::Whole(least, most) => format!("{least} to {most}"),
+        Rule::WordsOrWithin(words, least, most) => format!("{}, {least} to {most}", words.join(", ")),
         rule => rule.allowed().replace('"', ""),
     };
     let or_word =
@@ -141,7 +146,7 @@ fn of_output() -> Vec<Arg> {
         .value_name("PX")
         .value_parser(parse_width)
         .requires("preview")
-        .help(format!("Width of the preview [1 to {MAX_SIDE}; default the photo's]"))
+        .help("Width of the preview [default the photo's]")
         .help_heading(OUTPUT);
     let min_dot = Arg::new("min_dot")
         .long("min-dot")

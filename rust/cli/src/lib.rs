@@ -99,6 +99,10 @@ fn execute(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<()> {
 
     let complete: Vec<(&Path, &[u8])> = made.files.iter().map(|(path, bytes)| (path.as_path(), bytes.as_slice())).collect();
     files::write_all_atomically(&complete)?;
+    if let Some(warning) = &made.warning {
+        // With standard error closed there is nobody to tell.
+        let _ = writeln!(io::stderr(), "graphstipple: warning: {warning}");
+    }
     if let Some(svg) = &made.standard_output {
         print(io::stdout(), svg)?;
     }
@@ -126,6 +130,8 @@ struct Made {
     files: Vec<(PathBuf, Vec<u8>)>,
     standard_output: Option<Vec<u8>>,
     stats: Stats,
+    /// One sentence for the user.
+    warning: Option<String>,
 }
 
 /// Does the job on a thread of its own and waits for it or for an interruption.
@@ -172,6 +178,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let importance = files::evaluate(job.importance.clone(), &luma, background, &mut seconds, control)?;
     let outcome = draw_owned(luma, importance, &job.options, control)?;
 
+    let warning = outcome.warning;
     let mut stats = outcome.stats;
     stats.add_seconds(seconds);
     let mut drawing = outcome.drawing;
@@ -182,7 +189,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         stats.stipples = drawing.stipples.len();
         (stats.anchors, stats.coordinates) = drawing.count_written();
     }
-    let mut made = Made { files: Vec::new(), standard_output: None, stats };
+    let mut made = Made { files: Vec::new(), standard_output: None, stats, warning };
     let bytes = job.writer.write(&drawing)?;
     match &job.output {
         None => made.standard_output = Some(bytes),

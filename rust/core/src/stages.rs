@@ -5,7 +5,7 @@ pub use crate::base::{Color, FLATTENING_TOLERANCE, Ink, Side, signed_area};
 // What options hold.
 pub use crate::options::{
     Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
-    DeclarationOf, ErrorWeighting, Group, Inks, LatticeKind, Order, PUBLISHED, Preset, Rule, Stage, Value, preset, schema,
+    DeclarationOf, ErrorWeighting, Group, Inks, LatticeKind, Order, PUBLISHED, Point, Preset, Rule, Stage, Value, preset, schema,
 };
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, decode, emphasize, luma, luma_to_u8};

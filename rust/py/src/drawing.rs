@@ -52,7 +52,7 @@ pub(crate) fn source(given: &Bound<'_, PyAny>) -> PyResult<Source> {
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
     let drawing = watch::run(py, None, errors::from_files, move |_| files::load(&path))?;
     let stats = counts(&drawing);
-    Ok(Drawing { drawing: Arc::new(drawing), stats, stages: None })
+    Ok(Drawing { drawing: Arc::new(drawing), stats, warning: None, stages: None })
 }
 
 /// What `draw` and `load` make: `graphstipple.Drawing` wraps it.
@@ -60,6 +60,7 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
 pub(crate) struct Drawing {
     drawing: Arc<CoreDrawing>,
     stats: Map<String, Json>,
+    warning: Option<String>,
     stages: Option<Stages>,
 }
 
@@ -76,11 +77,11 @@ struct Stages {
 impl Drawing {
     /// What the pipeline made, for Python.
     pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
-        let Outcome { drawing, stats, graph, cells, labels, components, importance } = outcome;
+        let Outcome { drawing, stats, warning, graph, cells, labels, components, importance } = outcome;
         let Json::Object(stats) = serde_json::to_value(&stats).map_err(internal)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
-        Ok(Self { drawing, stats, stages: Some(Stages { graph, cells, labels, components, importance }) })
+        Ok(Self { drawing, stats, warning, stages: Some(Stages { graph, cells, labels, components, importance }) })
     }
 }
 
@@ -151,7 +152,13 @@ impl Drawing {
         stats.extend(counts(&drawing));
         stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
         stats.insert("dots_dropped".to_owned(), changes.dropped.into());
-        Ok(Self { drawing: Arc::new(drawing), stats, stages: self.stages.clone() })
+        Ok(Self { drawing: Arc::new(drawing), stats, warning: None, stages: self.stages.clone() })
+    }
+
+    /// One sentence for whoever drew it, if there is something to say.
+    #[getter]
+    fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
     }
 
     /// Counts and times by name.

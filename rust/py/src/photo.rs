@@ -59,7 +59,7 @@ pub(crate) fn adjust<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options.checked.clone();
     let field = arrays::field(&luma)?;
-    let tone = watch::run_core(py, move |_| Ok(core::adjust(&field, &options)))?;
+    let tone = watch::run_core(py, move |_| core::adjust(&field, &options))?;
     arrays::from_field(py, tone)
 }
 

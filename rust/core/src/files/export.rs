@@ -97,7 +97,7 @@ pub const SETTINGS: &[Setting] = &[
         name: "page",
         value_name: "PAGE",
         sentence: "Sheet: A3 to A6, letter, legal, tabloid, or a size such as 300x200mm",
-        default: "the drawing and its margins",
+        default: "none",
         allowed: Page::ALLOWED,
         is_size: true,
         set: |export, value| {

@@ -144,58 +144,13 @@ fn detail(off: Field, spacing: f64) -> Detail {
     let blurred = off.blurred(FINE * spacing);
     drop(off);
     let rank = ((1.0 - STRONGEST) * (blurred.values().len() - 1) as f64) as usize;
-    let (strong, largest) = of_rank(blurred.values(), rank);
+    let (strong, largest) = blurred.of_rank(rank);
     Detail { blurred, one: strong.max(LEAST_OF_LARGEST * largest).max(LEAST_DETAIL) }
-}
-
-/// Values that one thread counts at once.
-const COUNTED: usize = 1 << 18;
-
-/// The value that so many are not above it, and the largest; no value is below 0.
-///
-/// By counting, first the upper halves of the values' bits and then the lower halves where the upper one is that of the value that
-/// is looked for: bits of floats from 0 on are in the order of the floats. Nothing is copied.
-fn of_rank(values: &[f32], rank: usize) -> (f32, f32) {
-    let count = |key: &(dyn Fn(u32) -> Option<u32> + Sync)| {
-        let of_part = |part: &[f32]| {
-            let mut counts = vec![0u32; 1 << 16];
-            part.iter().filter_map(|value| key(value.to_bits())).for_each(|key| counts[key as usize] += 1);
-            counts
-        };
-        let add = |mut a: Vec<u32>, b: Vec<u32>| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            a
-        };
-        values.par_chunks(COUNTED).map(of_part).reduce_with(add).unwrap_or_default()
-    };
-    let find = |counts: &[u32], rank: usize| {
-        let mut below = 0;
-        let key = counts.iter().position(|count| {
-            below += *count as usize;
-            below > rank
-        });
-        let key = key.unwrap_or(0);
-        (key as u32, rank + counts[key] as usize - below)
-    };
-    let (upper, rank) = find(&count(&|bits| Some(bits >> 16)), rank);
-    let (lower, _) = find(&count(&|bits| (bits >> 16 == upper).then_some(bits & 0xFFFF)), rank);
-    let largest = values.par_iter().copied().reduce(|| 0.0, f32::max);
-    (f32::from_bits(upper << 16 | lower), largest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn of_rank_is_what_sorting_says() {
-        let values: Vec<f32> = (0..1000u32).map(|i| (i * 7919 % 1000 / 3) as f32 / 1e3).collect();
-        let mut sorted = values.clone();
-        sorted.sort_by(f32::total_cmp);
-        for rank in [0, 1, 500, 990, 999] {
-            assert_eq!(of_rank(&values, rank), (sorted[rank], sorted[999]));
-        }
-    }
 
     #[test]
     fn an_empty_map_stands_for_one_everywhere() {

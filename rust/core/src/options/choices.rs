@@ -65,6 +65,36 @@ pub enum Alpha {
     Constant(f64),
 }
 
+/// A grey level of the photo that is to become black, or white.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Point {
+    /// The one beyond which half a percent of the pixels lie.
+    Auto,
+    /// This one, in [0, 1].
+    At(f64),
+}
+
+impl Point {
+    /// The words that stand beside numbers.
+    pub(super) const WORDS: &'static [&'static str] = &["auto"];
+}
+
+impl Typed for Point {
+    fn read(value: &Value) -> Option<Self> {
+        match value {
+            Value::Word(word) if word == "auto" => Some(Self::Auto),
+            _ => f64::read(value).map(Self::At),
+        }
+    }
+
+    fn value(&self) -> Value {
+        match self {
+            Self::Auto => Value::Word("auto".to_owned()),
+            Self::At(grey) => Value::Number(*grey),
+        }
+    }
+}
+
 impl Alpha {
     /// The words that stand beside numbers.
     pub(super) const WORDS: &'static [&'static str] = &["tonal", "dynamic"];

@@ -13,7 +13,7 @@
 //!
 //! The last two lines are only for options that can be absent, and for those that matter only where others say so.
 
-use super::choices::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order};
+use super::choices::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order, Point};
 use super::declaration::Audience::{Everyday, Further};
 use super::declaration::Group::{Method, Nodes, Shapes, Stipples, Tones, Work};
 use super::declaration::Stage::{self, Emphasis, FirstGraph, Importance, Labels, Outlines, SecondGraph, Tone};
@@ -86,15 +86,21 @@ declare! {
         /// Which of the irregular shapes stipples have.
         seed: u64 = 0, Whole(0, MAX_SEED), "", Stipples, Everyday, [Outlines];
 
+        /// The photo's grey that becomes white. For scans and photos of paper; auto leaves half a percent of the pixels beyond it.
+        white_point: Option<Point> = None, WordsOrWithin(Point::WORDS, 0.004, 1.0), "", Tones, Everyday, [Tone];
+            absent "off", "1";
+        /// The photo's grey that becomes black. It lies below the white point; auto as there.
+        black_point: Option<Point> = None, WordsOrWithin(Point::WORDS, 0.0, 0.996), "", Tones, Everyday, [Tone];
+            absent "off", "0";
         /// Takes the tone in linear light. White then reflects as much light as the photo's grey on a screen.
         linear: bool = false, Switch, "", Tones, Everyday, [Tone];
-        /// Brightens above 1, darkens below. The tone is raised to the power 1 / gamma.
+        /// Above 1 lighter, below darker. The tone is raised to the power 1 / gamma.
         gamma: f64 = 1.0, Within(0.1, 10.0), "", Tones, Everyday, [Tone];
-        /// Factor on the tone's distance from middle grey.
+        /// Factor on distances from middle grey.
         contrast: f64 = 1.0, Within(0.0, 10.0), "", Tones, Everyday, [Tone];
         /// Swaps black and white in the photo.
         invert: bool = false, Switch, "", Tones, Everyday, [Tone];
-        /// What shows through transparent parts of the photo and of a map.
+        /// What shows through transparent parts. Those of the photo, and of a map of one's own.
         background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
 
         /// Worker threads; the drawing does not depend on them.

@@ -15,7 +15,7 @@ mod value;
 use crate::base::{Checked, Error, Result};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL};
-pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order};
+pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};
 pub use presets::{Preset, preset, presets};
@@ -72,6 +72,11 @@ impl Options {
         }
         if let Some(largest) = self.stipple_max.filter(|largest| *largest < self.stipple_min) {
             return Err(Error::option("stipple_max", largest, "at least stipple_min"));
+        }
+        if let (Some(Point::At(black)), Some(Point::At(white))) = (self.black_point, self.white_point)
+            && white <= black
+        {
+            return Err(Error::option("white_point", white, format!("above black_point, which is {black}")));
         }
         Ok(Checked::of(self))
     }
@@ -217,6 +222,16 @@ mod tests {
             seeded((1 << 53) + 1).unwrap_err().to_string(),
             "seed is 9007199254740993, but it must be between 0 and 9007199254740992"
         );
+    }
+
+    #[test]
+    fn the_white_point_lies_above_the_black_one() {
+        let points = |black_point, white_point| Options { black_point, white_point, ..Options::default() }.check();
+        points(Some(Point::At(0.2)), Some(Point::At(0.3))).unwrap();
+        points(Some(Point::Auto), Some(Point::At(0.004))).unwrap();
+        let told = points(Some(Point::At(0.3)), Some(Point::At(0.3))).unwrap_err().to_string();
+        assert_eq!(told, "white_point is 0.3, but it must be above black_point, which is 0.3");
+        assert!(points(Some(Point::At(1.0)), None).is_err() && points(None, Some(Point::At(0.0))).is_err());
     }
 
     /// Whoever adds an option has to say something of it, and nothing twice.

@@ -266,7 +266,51 @@ impl Field {
         let rows: Vec<f64> = self.values.par_chunks_exact(self.width).map(|row| row.iter().map(|v| f64::from(*v)).sum()).collect();
         rows.iter().sum::<f64>() / self.values.len() as f64
     }
+
+    /// The least and the largest value.
+    pub fn range(&self) -> [f32; 2] {
+        let of_row =
+            |row: &[f32]| row.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)]);
+        let both = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        self.values.par_chunks_exact(self.width).map(of_row).reduce(|| [f32::INFINITY, f32::NEG_INFINITY], both)
+    }
+
+    /// The value that so many are not above it, and the largest; no value is below 0.
+    ///
+    /// By counting, first the upper halves of the values' bits and then the lower halves where the upper one is that of the value that
+    /// is looked for: bits of floats from 0 on are in the order of the floats. Nothing is copied.
+    pub(crate) fn of_rank(&self, rank: usize) -> (f32, f32) {
+        let values = &self.values;
+        let count = |key: &(dyn Fn(u32) -> Option<u32> + Sync)| {
+            let of_part = |part: &[f32]| {
+                let mut counts = vec![0u32; 1 << 16];
+                part.iter().filter_map(|value| key(value.to_bits())).for_each(|key| counts[key as usize] += 1);
+                counts
+            };
+            let add = |mut a: Vec<u32>, b: Vec<u32>| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            };
+            values.par_chunks(COUNTED).map(of_part).reduce_with(add).unwrap_or_default()
+        };
+        let find = |counts: &[u32], rank: usize| {
+            let mut below = 0;
+            let key = counts.iter().position(|count| {
+                below += *count as usize;
+                below > rank
+            });
+            let key = key.unwrap_or(0);
+            (key as u32, rank + counts[key] as usize - below)
+        };
+        let (upper, rank) = find(&count(&|bits| Some(bits >> 16)), rank);
+        let (lower, _) = find(&count(&|bits| (bits >> 16 == upper).then_some(bits & 0xFFFF)), rank);
+        let largest = values.par_iter().copied().reduce(|| 0.0, f32::max);
+        (f32::from_bits(upper << 16 | lower), largest)
+    }
 }
+
+/// Values that one thread counts at once.
+const COUNTED: usize = 1 << 18;
 
 /// Weights that sum to 1, an odd number of them.
 fn gaussian(sigma: f64) -> Vec<f32> {
@@ -340,6 +384,17 @@ impl AxisWeights {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_rank_is_what_sorting_says() {
+        let values: Vec<f32> = (0..1000u32).map(|i| (i * 7919 % 1000 / 3) as f32 / 1e3).collect();
+        let mut sorted = values.clone();
+        sorted.sort_by(f32::total_cmp);
+        let field = Field::new(100, 10, values).unwrap();
+        for rank in [0, 1, 500, 990, 999] {
+            assert_eq!(field.of_rank(rank), (sorted[rank], sorted[999]));
+        }
+    }
 
     #[test]
     fn rejects_what_is_not_a_field() {

@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use crate::base::{Error, Result};
-use crate::options::Options;
+use crate::options::{Options, Point};
 use crate::photo::field::{Field, check_size};
 
 /// Samples of an image, row-major, channels interleaved.
@@ -124,21 +124,30 @@ pub fn luma_to_u8(luma: &Field) -> Vec<u8> {
     luma.values().iter().map(|v| (f64::from(*v) * 255.0 + 0.5) as u8).collect()
 }
 
-/// The tone that is drawn: the luma, decoded to linear light if `linear`, to the power 1 / gamma, then its distance from 0.5 times
-/// `contrast` (clipped to [0, 1]), then 1 minus it if `invert`. The default options change nothing.
-pub fn adjust(luma: &Field, options: &Options) -> Field {
-    adjusted(luma, options).into_owned()
+/// The tone that is drawn: the luma, stretched so that the black point is 0 and the white point is 1 (clipped to [0, 1]), decoded to
+/// linear light if `linear`, to the power 1 / gamma, then its distance from 0.5 times `contrast` (clipped to [0, 1]), then 1 minus it
+/// if `invert`. The default options change nothing.
+///
+/// # Errors
+/// [`Error::Input`] if the photo's own white point, where it is asked for, does not lie above the black point that is given, or the
+/// other way round.
+pub fn adjust(luma: &Field, options: &Options) -> Result<Field> {
+    adjusted(luma, options).map(Cow::into_owned)
 }
 
 /// As [`adjust`], without a copy where nothing changes.
-pub(crate) fn adjusted<'a>(luma: &'a Field, options: &Options) -> Cow<'a, Field> {
+pub(crate) fn adjusted<'a>(luma: &'a Field, options: &Options) -> Result<Cow<'a, Field>> {
     let Options { linear, gamma, contrast, invert, .. } = *options;
-    if !linear && gamma == 1.0 && contrast == 1.0 && !invert {
-        return Cow::Borrowed(luma);
+    let [black, white] = points(luma, options)?;
+    if [black, white] == [0.0, 1.0] && !linear && gamma == 1.0 && contrast == 1.0 && !invert {
+        return Ok(Cow::Borrowed(luma));
     }
     let exponent = 1.0 / gamma;
     let tone_of = |value: &f32| {
         let mut tone = f64::from(*value);
+        if [black, white] != [0.0, 1.0] {
+            tone = ((tone - black) / (white - black)).clamp(0.0, 1.0);
+        }
         if linear {
             tone = linear_light(tone);
         }
@@ -152,7 +161,33 @@ pub(crate) fn adjusted<'a>(luma: &'a Field, options: &Options) -> Cow<'a, Field>
         tone = tone.clamp(0.0, 1.0);
         (if invert { 1.0 - tone } else { tone }) as f32
     };
-    Cow::Owned(Field::of_valid(luma.width(), luma.height(), luma.values().par_iter().map(tone_of).collect()))
+    Ok(Cow::Owned(Field::of_valid(luma.width(), luma.height(), luma.values().par_iter().map(tone_of).collect())))
+}
+
+/// The share of pixels that an automatic point leaves beyond it: specks and glints must not decide.
+const BEYOND: f64 = 0.005;
+
+/// The greys of the photo that become black and white; 0 and 1 where nothing is asked for, or where the photo is flat.
+fn points(luma: &Field, options: &Options) -> Result<[f64; 2]> {
+    let last = (luma.values().len() - 1) as f64;
+    let of_rank = |rank: f64| f64::from(luma.of_rank(rank as usize).0);
+    let black = match options.black_point {
+        None => 0.0,
+        Some(Point::At(grey)) => grey,
+        Some(Point::Auto) => of_rank((BEYOND * last).floor()),
+    };
+    let white = match options.white_point {
+        None => 1.0,
+        Some(Point::At(grey)) => grey,
+        Some(Point::Auto) => of_rank(((1.0 - BEYOND) * last).ceil()),
+    };
+    if black < white {
+        return Ok([black, white]);
+    }
+    if [options.black_point, options.white_point] == [Some(Point::Auto); 2] {
+        return Ok([0.0, 1.0]);
+    }
+    Err(Error::Input(format!("the photo's white point is {white:.3}, but it must be above its black point, which is {black:.3}")))
 }
 
 /// The light of an sRGB-encoded value, both in [0, 1] (IEC 61966-2-1).
@@ -236,7 +271,7 @@ mod tests {
     fn adjustments_follow_their_formula() {
         let luma = Field::new(5, 1, vec![0.0, 0.25, 0.5, 0.81, 1.0]).unwrap();
         let adjusted = |gamma: f64, contrast: f64, invert: bool| {
-            adjust(&luma, &Options { gamma, contrast, invert, ..Options::default() }).into_values()
+            adjust(&luma, &Options { gamma, contrast, invert, ..Options::default() }).unwrap().into_values()
         };
         assert_eq!(adjusted(1.0, 1.0, false), luma.values());
         assert_eq!(adjusted(1.0, 1.0, true), [1.0, 0.75, 0.5, (1.0 - f64::from(0.81f32)) as f32, 0.0]);
@@ -255,10 +290,39 @@ mod tests {
         let luma = Field::new(5, 1, vec![0.0, 0.04, 0.04045, 0.5, 1.0]).unwrap();
         let linear = Options { linear: true, ..Options::default() };
         let expected = [0.0, 0.003_095_975, 0.003_130_805, 0.214_041_14, 1.0];
-        for (value, expected) in adjust(&luma, &linear).values().iter().zip(expected) {
+        for (value, expected) in adjust(&luma, &linear).unwrap().values().iter().zip(expected) {
             assert!((value - expected).abs() < 1e-7, "{value} instead of {expected}");
         }
-        let bright = adjust(&luma, &Options { gamma: 2.0, ..linear });
+        let bright = adjust(&luma, &Options { gamma: 2.0, ..linear }).unwrap();
         assert!((bright.values()[3] - 0.214_041_14f32.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn points_become_black_and_white() {
+        let luma = Field::new(5, 1, vec![0.2, 0.4, 0.5, 0.6, 0.9]).unwrap();
+        let stretched = |black_point, white_point| {
+            let tone = adjust(&luma, &Options { black_point, white_point, ..Options::default() });
+            tone.map(|tone| tone.into_values().iter().map(|v| (v * 1e4).round() / 1e4).collect::<Vec<f32>>())
+        };
+        assert_eq!(stretched(Some(Point::At(0.4)), Some(Point::At(0.6))).unwrap(), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(stretched(None, Some(Point::At(0.5))).unwrap(), [0.4, 0.8, 1.0, 1.0, 1.0]);
+        assert_eq!(stretched(Some(Point::Auto), Some(Point::Auto)).unwrap(), [0.0, 0.2857, 0.4286, 0.5714, 1.0]);
+        let told = stretched(Some(Point::At(0.95)), Some(Point::Auto)).unwrap_err().to_string();
+        assert_eq!(told, "the photo's white point is 0.900, but it must be above its black point, which is 0.950");
+        // Half a percent of specks decides nothing; a flat photo stays as it is.
+        let specks = |i: usize| {
+            if i < 4 {
+                1.0
+            } else if i < 8 {
+                0.0
+            } else {
+                0.4 + 0.2 * (i % 2) as f32
+            }
+        };
+        let specked = Field::new(100, 10, (0..1000).map(specks).collect()).unwrap();
+        let auto = Options { black_point: Some(Point::Auto), white_point: Some(Point::Auto), ..Options::default() };
+        assert_eq!(points(&specked, &auto).unwrap().map(|grey| grey as f32), [0.4, 0.6]);
+        let flat = Field::constant(9, 9, 0.5).unwrap();
+        assert_eq!(adjust(&flat, &auto).unwrap(), flat);
     }
 }

@@ -30,6 +30,8 @@ pub struct Outcome {
     pub drawing: Arc<Drawing>,
     /// Counts and times.
     pub stats: Stats,
+    /// One sentence for whoever draws, where the drawing is hardly what they wanted: it is blank, though the photo is not flat.
+    pub warning: Option<String>,
     /// The second graph.
     pub graph: Arc<Graph>,
     /// Cells of the nodes, with the emphasized tone in each.
@@ -158,15 +160,15 @@ fn run(
     let (pixels, control) = ((width * height) as f64, stages.control);
 
     let tone = stages.run_unless_kept(Step::Lattice, &mut memory.tone, needs.at(Stage::Tone), |needs| {
-        let tone = adjusted(&luma, needs);
-        let mean = tone.mean();
+        let tone = adjusted(&luma, needs)?;
+        let (mean, range) = (tone.mean(), tone.range());
         let adjusted = match tone {
             Cow::Owned(field) => Some(field),
             Cow::Borrowed(_) => None,
         };
-        Ok(Tone { mean, adjusted })
+        Ok(Tone { mean, range, adjusted })
     })?;
-    let mean = tone.mean;
+    let (mean, range) = (tone.mean, tone.range);
     let plain = tone.adjusted.as_ref().unwrap_or(&luma);
     // Emphasis and importance share a blur where both are to be made.
     let wants_off =
@@ -223,7 +225,23 @@ fn run(
         ..stats
     };
     let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
-    Ok(Outcome { drawing, stats, graph, cells, labels, components, importance: field })
+    let warning = blank(&drawing, range);
+    Ok(Outcome { drawing, stats, warning, graph, cells, labels, components, importance: field })
+}
+
+/// The largest difference of tones of a photo that counts as flat: one level of 8 bits, and what rounding adds.
+const FLAT: f32 = 1.5 / 255.0;
+
+/// What to say of a drawing of one ink alone, if the photo was not flat.
+fn blank(drawing: &Drawing, [low, high]: [f32; 2]) -> Option<String> {
+    let ([only], []) = (&drawing.regions[..], &drawing.stipples[..]) else { return None };
+    (high - low > FLAT).then(|| {
+        format!(
+            "the whole drawing is {}, as the photo's tones lie between {low:.2} and {high:.2}: set white point and black point to auto \
+             to stretch them",
+            only.ink.name()
+        )
+    })
 }
 
 /// The first graph of an importance on the canvas.

@@ -64,11 +64,12 @@ impl<T> Slot<T> {
     }
 }
 
-/// The tone before emphasis, and its mean.
+/// The tone before emphasis, its mean, and its least and largest value.
 pub(super) struct Tone {
     /// `None` where it is the luma.
     pub(super) adjusted: Option<Field>,
     pub(super) mean: f64,
+    pub(super) range: [f32; 2],
 }
 
 /// The drawing as the outlines make it, and what is counted in it.

@@ -67,7 +67,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::options::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order};
+    use crate::options::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order, Point};
     use crate::photo::Field;
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
@@ -93,6 +93,8 @@ pub(crate) mod tests {
         |o| o.stipple_max = Some(0.6),
         |o| o.irregularity = 0.9,
         |o| o.seed = 7,
+        |o| o.white_point = Some(Point::At(0.9)),
+        |o| o.black_point = Some(Point::At(0.1)),
         |o| o.linear = true,
         |o| o.gamma = 1.6,
         |o| o.contrast = 0.6,

@@ -71,7 +71,7 @@ mod tests {
     use crate::base::{Error, Step};
     use crate::drawing::Stats;
     use crate::files::{Export, Format};
-    use crate::options::{Alpha, Published};
+    use crate::options::{Alpha, Point, Published};
     use crate::pipeline::draw::draw;
     use crate::pipeline::needs::tests::{CHANGES, busy, changed, importances};
 
@@ -204,6 +204,22 @@ mod tests {
         assert_eq!(stages(&made), ["diffusion", "lattice", "outlines", "tone"]);
         assert!(Arc::ptr_eq(&made.graph, &before.graph));
         assert_equal(made, fresh(&session, &brighter).unwrap());
+    }
+
+    #[test]
+    fn a_blank_drawing_of_a_photo_that_is_not_flat_is_told() {
+        let of = |low: f32, high: f32| {
+            let value = |i: usize| low + (high - low) * (i % 60) as f32 / 59.0;
+            Session::new(Field::new(60, 40, (0..2400).map(value).collect()).unwrap(), Importance::Constant(1.0))
+        };
+        let told = redrawn(&mut of(0.94, 1.0), &Options::default()).warning.unwrap();
+        assert!(told.starts_with("the whole drawing is white, as the photo's tones lie between 0.94 and 1.00"), "{told}");
+        assert!(redrawn(&mut of(0.0, 0.05), &Options::default()).warning.unwrap().contains("is black"));
+        let auto = Options { white_point: Some(Point::Auto), black_point: Some(Point::Auto), ..Options::default() };
+        let stretched = redrawn(&mut of(0.94, 1.0), &auto);
+        assert!(stretched.warning.is_none() && stretched.stats.regions > 1);
+        assert!(redrawn(&mut of(0.99, 0.99), &Options::default()).warning.is_none());
+        assert!(redrawn(&mut of(0.0, 1.0), &Options::default()).warning.is_none());
     }
 
     #[test]
