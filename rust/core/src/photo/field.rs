@@ -269,8 +269,9 @@ impl Field {
 
     /// The least and the largest value.
     pub fn range(&self) -> [f32; 2] {
-        let of_row =
-            |row: &[f32]| row.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)]);
+        // Comparisons and not `min` and `max`, which mind NaN: these vectorize.
+        let wider = |[low, high]: [f32; 2], v: &f32| [if *v < low { *v } else { low }, if *v > high { *v } else { high }];
+        let of_row = |row: &[f32]| row.iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
         let both = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
         self.values.par_chunks_exact(self.width).map(of_row).reduce(|| [f32::INFINITY, f32::NEG_INFINITY], both)
     }
