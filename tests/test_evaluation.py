@@ -387,6 +387,7 @@ def recorder(monkeypatch: pytest.MonkeyPatch) -> Recorder:
     plain = Method("plain", "plain", "-", lambda photo, dots: recorder.draw(photo, 7))
     monkeypatch.setattr(baselines, "METHODS", (budgeted, plain))
     monkeypatch.setattr(run, "Comparison", lambda tone: lambda picture: {"tone_error": float(picture.mean() - tone.mean())})
+    monkeypatch.setattr(run, "Flip", lambda tone: lambda picture: {"flip_80": 0.25})
     run._photo.cache_clear()
     return recorder
 
@@ -620,7 +621,8 @@ def test_the_report_says_whether_sweeps_are_brought_to_the_budget(two: list[Phot
 
 
 def result_of(photo: str, method: str, **metrics: float) -> Result:
-    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, "f", {"a.png": ""}, 1.0, None, {"stipples": 2}, metrics, {})
+    written = {"a.png": ""}
+    return Result("k", photo, "c", 64, 64, 48, method, None, {}, {}, "f", written, 1.0, None, {"stipples": 2}, metrics, {}, {})
 
 
 def test_tables_are_means_with_the_best_of_each_column() -> None:
@@ -877,6 +879,11 @@ def test_a_whole_run_and_its_files(folder: Path, tmp_path: Path) -> None:
         for name, value in {**picture["metrics"], "seconds": picture["seconds"]}.items():
             assert float(row[name]) == value
         assert int(row["coordinates"]) == picture["counts"]["coordinates"]
+        own = {**picture["labyrinth"], **picture["evenness"]}
+        assert {name: float(row[name]) for name in own} == own
+        assert {"small_regions", "evenness", "evenness_deviation"} <= own.keys()
+        seen = {"farther_psnr", "farther_ssim", "local_tone", "flip_40", "flip_80", "flip_160"}
+        assert all(0 < picture["metrics"][name] < (1 if name != "farther_psnr" else 50) for name in seen)
     assert (tmp_path / "out" / report.MARKER).is_file()
     before = states(tmp_path)
     again = evaluate(*arguments)

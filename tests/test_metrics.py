@@ -138,7 +138,7 @@ def test_metrics_fall_as_noise_grows(weights: Path) -> None:
     rows = [compare(picture) for picture in noisy]
     for name in set(rows[0]) - {"tone_error"}:
         values = [row[name] for row in rows]
-        assert values == sorted(values, reverse="lpips" not in name), name
+        assert values == sorted(values, reverse="lpips" not in name and name != "local_tone"), name
         assert len(set(values)) == len(values), name
 
 
@@ -168,7 +168,9 @@ def test_float_types_and_layouts_do_not_matter() -> None:
         assert metrics.psnr(other, reference) == pytest.approx(metrics.psnr(picture, reference), abs=1e-4)
 
 
-@pytest.mark.parametrize("metric", [metrics.psnr, metrics.ssim, metrics.msssim, metrics.tone_error, metrics.lpips])
+@pytest.mark.parametrize(
+    "metric", [metrics.psnr, metrics.ssim, metrics.msssim, metrics.local_tone, metrics.tone_error, metrics.lpips]
+)
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -320,6 +322,7 @@ def test_a_comparison_is_every_metric_near_and_far(weights: Path) -> None:
     reference = luma("rocket", 180, 170)
     picture = gs.draw(reference.astype(np.float32)).rasterize() / 255
     far, far_reference = metrics.blurred(picture), metrics.blurred(reference)
+    farther, farther_reference = metrics.blurred(picture, 3), metrics.blurred(reference, 3)
     expected = {
         "near_psnr": metrics.psnr(picture, reference),
         "near_ssim": metrics.ssim(picture, reference),
@@ -330,6 +333,9 @@ def test_a_comparison_is_every_metric_near_and_far(weights: Path) -> None:
         "far_ssim": metrics.ssim(far, far_reference),
         "far_msssim": metrics.msssim(far, far_reference),
         "far_lpips_alex": metrics.lpips(far, far_reference, "alex"),
+        "farther_psnr": metrics.psnr(farther, farther_reference),
+        "farther_ssim": metrics.ssim(farther, farther_reference),
+        "local_tone": metrics.local_tone(picture, reference),
         "tone_error": metrics.tone_error(picture, reference),
     }
     compare = metrics.Comparison(reference)
@@ -340,7 +346,32 @@ def test_a_comparison_is_every_metric_near_and_far(weights: Path) -> None:
     assert compare(picture) == found
     short = metrics.Comparison(reference, lpips=False)(picture)
     assert short == {name: value for name, value in expected.items() if "lpips" not in name}
-    assert expected["far_ssim"] > expected["near_ssim"]
+    assert expected["farther_ssim"] > expected["far_ssim"] > expected["near_ssim"]
+
+
+@on_every_pair
+def test_farther_and_local_tone_are_those_of_scipy_and_scikit_image(picture: Array, reference: Array) -> None:
+    found = metrics.Comparison(reference, lpips=False)(picture)
+    first, second = (gaussian_filter(values.astype(float), 3, mode="reflect") for values in (picture, reference))
+    options = {"gaussian_weights": True, "use_sample_covariance": False, "data_range": 1}
+    assert found["farther_psnr"] == pytest.approx(peak_signal_noise_ratio(second, first, data_range=1), abs=1e-9)
+    assert found["farther_ssim"] == pytest.approx(structural_similarity(first, second, **options), abs=1e-9)
+    first, second = (gaussian_filter(values.astype(float), 8, mode="reflect") for values in (picture, reference))
+    off = np.sort(np.abs(first - second), axis=None)
+    assert found["local_tone"] == pytest.approx(np.interp(0.95 * (len(off) - 1), np.arange(len(off)), off), abs=1e-12)
+
+
+def test_the_local_tone_of_a_shifted_grey_is_the_shift_and_that_of_a_fine_halftone_nearly_none() -> None:
+    grey = np.full((70, 90), 0.5)
+    assert metrics.local_tone(grey + 0.125, grey) == pytest.approx(0.125, abs=1e-12)
+    assert metrics.local_tone(grey - 0.125, grey) == pytest.approx(0.125, abs=1e-12)
+    assert metrics.local_tone(grey, grey) == 0
+    assert metrics.local_tone((np.indices(grey.shape).sum(axis=0) % 2).astype(float), grey) < 1e-3  # the mirrored border
+    # What is off on less than a twentieth of the picture does not count, what is off on more does.
+    for rows, expected in ((2, False), (20, True)):
+        picture = grey.copy()
+        picture[:rows] = 1
+        assert (metrics.local_tone(picture, grey) > 0.2) == expected
 
 
 def test_a_comparison_without_lpips_needs_no_weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

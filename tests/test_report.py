@@ -28,10 +28,14 @@ PHOTOS = ("astronaut", "camera #2")
 """One of the names needs quoting in links."""
 
 METRICS = ("near_lpips_alex", "near_lpips_vgg", "near_psnr", "near_ssim", "near_msssim")
-METRICS += ("far_lpips_alex", "far_psnr", "far_ssim", "far_msssim", "tone_error")
+METRICS += ("far_lpips_alex", "far_psnr", "far_ssim", "far_msssim")
+METRICS += ("farther_psnr", "farther_ssim", "flip_40", "flip_80", "flip_160", "local_tone", "tone_error")
 
 LABYRINTH = ("small_regions", "boundary")
 """Numbers that our own drawings alone have."""
+
+EVENNESS = ("evenness", "evenness_deviation")
+"""Numbers that drawings with dots alone have."""
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +96,8 @@ def pages_of(report: Path) -> list[Path]:
 def numbers(picture: dict[str, Any]) -> dict[str, float | None]:
     """Return all numbers of a picture."""
     own = {"seconds": picture["seconds"], "svg_bytes": picture["svg_bytes"]}
-    found = dict.fromkeys(LABYRINTH) | picture["metrics"] | picture["counts"] | picture["labyrinth"] | own
+    own |= picture["metrics"] | picture["counts"] | picture["labyrinth"] | picture["evenness"]
+    found = dict.fromkeys(LABYRINTH + EVENNESS) | own
     return {name: None if value is None else float(value) for name, value in found.items()}
 
 
@@ -129,9 +134,9 @@ def assert_same(text: str, value: float | None, digits: int) -> None:
 
 
 def digits(key: str) -> int:
-    if key in {"near_psnr", "far_psnr", "boundary", "seconds"}:
+    if key in {"near_psnr", "far_psnr", "farther_psnr", "boundary", "seconds"}:
         return 2
-    return {"tone_error": 4, "small_regions": 1}.get(key, 3 if key in METRICS else 0)
+    return {"tone_error": 4, "small_regions": 1}.get(key, 3 if key in METRICS + EVENNESS else 0)
 
 
 def test_there_is_a_page_for_every_photo(report: Path) -> None:
@@ -165,6 +170,7 @@ def test_every_page_and_what_it_names_loads(report: Path, page: Page) -> None:
     [
         ("#table-quality-180", ["graphstipple", "paper", "threshold", "floyd-steinberg", "lbg"]),
         ("#table-counts-180", ["graphstipple", "paper", "threshold", "floyd-steinberg", "lbg"]),
+        ("#table-seen-180", list(METHODS)),
         ("#table-ablations-180", ["paper-alpha-1", "paper"]),
         ("#table-ideas-180", ["graphstipple", "no-area", "paper"]),
         ('[id="table-sweep-published.detail_gain-180"]', [f"published.detail_gain={value}" for value in VALUES]),
@@ -235,14 +241,14 @@ def test_a_photo_s_page_shows_each_picture_with_its_own_figures(report: Path, pa
                 if text:
                     assert_same(text, numbers(picture)[key], digits(key))
                 else:
-                    assert key == "far_lpips_vgg"
+                    assert key in {"far_lpips_vgg", "farther_lpips_alex", "farther_lpips_vgg", "farther_msssim"}
             png = next(file for file in picture["files"] if file.endswith(".png"))
             assert unquote(str(pane.locator("img").get_attribute("src"))) == f"../{png}"
-        shown_in_tables = cells(page, "#table-quality") | cells(page, "#table-counts")
+        shown_in_tables = cells(page, "#table-quality") | cells(page, "#table-seen") | cells(page, "#table-counts")
         assert {key for _, key in shown_in_tables} == set(numbers(pictures[0]))
         for (method, key), text in shown_in_tables.items():
             assert_same(text, numbers(own[method])[key], digits(key))
-        for table in ("#table-quality", "#table-counts"):
+        for table in ("#table-quality", "#table-seen", "#table-counts"):
             assert page.locator(table).evaluate("table => table.parentElement.scrollWidth <= table.parentElement.clientWidth")
 
 

@@ -73,6 +73,8 @@ class Picture:
         Everything that the result depends on besides the photo, as JSON values: options, seeds, numbers of dots and steps.
     labyrinth : dict
         The numbers of `labyrinth.measures`, from methods that have a graph.
+    dots : (n, 3) array of float64, optional
+        x and y of every dot's centre in pixels, and its ink, 0 black or 1 white; None from methods that have no dots.
     """
 
     raster: npt.NDArray[np.float32]
@@ -80,6 +82,7 @@ class Picture:
     svg: str | None = None
     settings: dict[str, object] = field(default_factory=dict)
     labyrinth: dict[str, float] = field(default_factory=dict)
+    dots: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)

@@ -241,4 +241,5 @@ def _picture(drawing: gs.Drawing, variant: _Variant, search: dict[str, object]) 
     assert isinstance(drawing.options, gs.Options)  # it comes from no file
     settings = {"importance": variant.importance, **dataclasses.asdict(drawing.options), **search}
     raster = drawing.rasterize().astype(np.float32) / np.float32(255)
-    return Picture(raster, counts, drawing.svg(), settings, labyrinth.measures(drawing))
+    dots = np.stack([drawing.stipples[name] for name in ("x", "y", "ink")], axis=1)
+    return Picture(raster, counts, drawing.svg(), settings, labyrinth.measures(drawing), dots)

@@ -120,6 +120,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
                 "photos": len(here),
                 "smaller": sum(_is_smaller(photo) for photo in here),
                 "quality": tables.table(compared, made, tables.QUALITY),
+                "seen": tables.table(methods, made, tables.SEEN),
                 "counts": tables.table(compared, made, tables.COUNTS),
                 "ablations": tables.table(tables.ablated(methods), made, tables.QUALITY),
                 "ideas": tables.table(tables.ideas(methods), made, tables.SWEEP),
@@ -153,6 +154,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
             after=pages[index + 1] if index + 1 < len(pages) else None,
             panes=_panes(photo, everything, made, root),
             quality=tables.table(everything, made, tables.QUALITY),
+            seen=tables.table(everything, made, tables.SEEN),
             counts=tables.table(everything, made, tables.COUNTS),
             failures=[failure for failure in outcome.failures if (failure.photo, failure.size) == (photo.name, photo.size)],
         )
@@ -281,6 +283,7 @@ def _panes(photo: PhotoFile, methods: Sequence[Method], made: Sequence[Result], 
         numbers = result.numbers()
         counted = [column for column in tables.COUNTS if numbers.get(column.key) is not None]
         tone = next(column for column in tables.QUALITY if column.key == "tone_error")
+        seen = [column for column in tables.SEEN if column.group != tables.FARTHER and numbers.get(column.key) is not None]
         panes.append(
             {
                 "name": method.name,
@@ -288,10 +291,10 @@ def _panes(photo: PhotoFile, methods: Sequence[Method], made: Sequence[Result], 
                 "png": result.png,
                 "svg": result.svg,
                 "json": Path(result.png).with_suffix(".json").as_posix(),
-                "quality": {column.key: column.text(numbers.get(column.key)) for column in tables.QUALITY},
+                "quality": {column.key: column.text(numbers.get(column.key)) for column in (*tables.QUALITY, *tables.SEEN)},
                 "counts": [
                     {"key": column.key, "title": column.title, "text": column.text(numbers[column.key])}
-                    for column in (tone, *counted)
+                    for column in (tone, *seen, *counted)
                 ],
                 "settings": _by_full_name(result.settings),
                 "note": result.settings.get("note"),

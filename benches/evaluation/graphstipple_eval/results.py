@@ -24,7 +24,7 @@ KEY_LENGTH = 16
 NOT_METHODS = ("__main__.py", "cli.py", "cross_validation.py", "plots.py", "quoted.py", "report.py", "tables.py")
 """Modules of the evaluation that cannot change a picture or its metrics."""
 
-PACKAGES = ("numpy", "opencv-contrib-python-headless", "pillow", "resvg-py", "scikit-image", "scipy")
+PACKAGES = ("flip-evaluator", "numpy", "opencv-contrib-python-headless", "pillow", "resvg-py", "scikit-image", "scipy")
 """Packages that pictures and metrics may depend on."""
 
 
@@ -59,9 +59,11 @@ class Result:
     counts : dict
         What the picture is made of (`method.Counts`).
     metrics : dict
-        The metrics of `graphstipple.metrics.Comparison`.
+        The metrics of `graphstipple.metrics.Comparison` and of `flip.Flip`.
     labyrinth : dict
         The numbers of `labyrinth.measures`; empty for methods without a graph.
+    evenness : dict
+        The numbers of `evenness.measures`; empty for methods without dots, and where there are too few.
     """
 
     key: str
@@ -81,6 +83,7 @@ class Result:
     counts: dict[str, int | None]
     metrics: dict[str, float]
     labyrinth: dict[str, float]
+    evenness: dict[str, float]
 
     def json(self) -> dict[str, object]:
         """Return it as JSON values; an infinite metric (the PSNR of equal pictures) becomes the text "inf"."""
@@ -105,8 +108,9 @@ class Result:
         return next((name for name in self.files if name.endswith(".svg")), None)
 
     def numbers(self) -> dict[str, float | None]:
-        """Return everything that tables show, by name: metrics, counts, labyrinth, seconds, bytes."""
-        return {**self.metrics, **self.counts, **self.labyrinth, "seconds": self.seconds, "svg_bytes": self.svg_bytes}
+        """Return everything that tables show, by name: metrics, counts, labyrinth, evenness, seconds, bytes."""
+        own = {"seconds": self.seconds, "svg_bytes": self.svg_bytes}
+        return {**self.metrics, **self.counts, **self.labyrinth, **self.evenness, **own}
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Makes and measures the pictures of a run: one task a picture, spread over processes, with what is there already left as it is.
 
 A task is one method on one photo at one size. Its process draws, writes the picture, reads it back and measures it. The last
-photo's `Comparison` is kept, and tasks come photo by photo, so each process does the work on the photo alone once. The default
-drawings come first: their counts are the budgets of stippling methods.
+photo's `Comparison` and `Flip` are kept, and tasks come photo by photo, so each process does the work on the photo alone once. The
+default drawings come first: their counts are the budgets of stippling methods.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ from PIL import Image
 
 import graphstipple as gs
 from graphstipple.metrics import Comparison
-from graphstipple_eval import files, ours, results
+from graphstipple_eval import evenness, files, ours, results
 from graphstipple_eval.baselines import programs
+from graphstipple_eval.flip import Flip
 from graphstipple_eval.method import Method, Photo, Picture
 from graphstipple_eval.photos import PhotoFile, png
 from graphstipple_eval.results import Failure, Result
@@ -203,7 +204,7 @@ def _end_with_parent() -> None:
 def make(task: Task, selection: Selection, root: Path) -> Result | Failure:
     """Draw a picture, write its files, measure what was written."""
     method = selection.all()[task.method]
-    photo, compare = _photo(task.photo)
+    photo, compare, flip = _photo(task.photo)
     try:
         start = time.perf_counter()
         picture = method.draw(photo, task.dots)
@@ -236,18 +237,19 @@ def make(task: Task, selection: Selection, root: Path) -> Result | Failure:
         seconds=seconds,
         svg_bytes=None if picture.svg is None else len(picture.svg.encode()),
         counts=asdict(picture.counts),
-        metrics=compare(written),
+        metrics={**compare(written), **flip(written)},
         labyrinth=picture.labyrinth,
+        evenness={} if picture.dots is None else evenness.measures(picture.dots, task.photo.width, task.photo.height),
     )
     results.save(result, task.path)
     return result
 
 
 @lru_cache(maxsize=1)
-def _photo(photo: PhotoFile) -> tuple[Photo, Comparison]:
-    """Return the photo and the comparison with it. A comparison holds hundreds of megabytes, so only the last one is kept."""
+def _photo(photo: PhotoFile) -> tuple[Photo, Comparison, Flip]:
+    """Return the photo and the comparisons with it. A comparison holds hundreds of megabytes, so only the last one is kept."""
     read = photo.read()
-    return read, Comparison(read.tone.astype(np.float64))
+    return read, Comparison(read.tone.astype(np.float64)), Flip(read.tone)
 
 
 def _pixels(picture: Picture, photo: Photo) -> npt.NDArray[np.uint8]:

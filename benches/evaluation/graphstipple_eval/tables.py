@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from graphstipple_eval import ours, quoted
+from graphstipple_eval.flip import PIXELS_PER_DEGREE
 from graphstipple_eval.method import Method
 from graphstipple_eval.results import Result
 
@@ -50,7 +51,8 @@ class Column:
         return self.title + {"low": "\N{NO-BREAK SPACE}↓", "high": "\N{NO-BREAK SPACE}↑", None: ""}[self.best]
 
 
-NEAR, FAR = "near: as drawn", "far: blurred, 1.5 px"
+NEAR, FAR, FARTHER = "near: as drawn", "far: blurred, 1.5 px", "farther: blurred, 3 px"
+FLIP, TONE, DOTS = "FLIP, pixels a degree", "tone", "dots"
 
 QUALITY = (
     Column("near_lpips_alex", "LPIPS Alex", 3, "low", NEAR),
@@ -66,6 +68,17 @@ QUALITY = (
 )
 """Columns of Table 3 and Table 5."""
 
+SEEN = (
+    *(Column(f"flip_{pixels}", f"FLIP {pixels}", 3, "low", FLIP) for pixels in PIXELS_PER_DEGREE),
+    Column("farther_psnr", "PSNR", 2, "high", FARTHER),
+    Column("farther_ssim", "SSIM", 3, "high", FARTHER),
+    Column("local_tone", "local tone", 3, "low", TONE),
+    Column("evenness", "evenness", 3, None, DOTS),
+    Column("evenness_deviation", "deviation", 3, None, DOTS),
+)
+"""What a viewer sees: differences at a distance, tone, and how evenly dots are spaced. Evenness does not judge: the dots of one
+method are its whole picture, those of another stand between regions."""
+
 COUNTS = (
     Column("stipples", "stipples", 0),
     Column("regions", "regions", 0),
@@ -80,9 +93,10 @@ COUNTS = (
 )
 """Columns of Table 4, and how far a drawing falls into labyrinths."""
 
-_SWEEP_KEYS = ("near_lpips_alex", "near_lpips_vgg", "near_ssim", "far_lpips_alex", "far_psnr", "far_ssim", "tone_error")
+_SWEEP_KEYS = {"near_lpips_alex", "near_lpips_vgg", "near_ssim", "far_lpips_alex", "far_psnr", "far_ssim"}
+_SWEEP_KEYS |= {"farther_psnr", "flip_80", "flip_160", "local_tone", "tone_error", "evenness"}
 
-SWEEP = tuple(column for column in QUALITY if column.key in _SWEEP_KEYS) + tuple(
+SWEEP = tuple(column for column in QUALITY + SEEN if column.key in _SWEEP_KEYS) + tuple(
     Column(column.key, column.title, column.digits, column.best, "counts")
     for column in COUNTS
     if column.key in {"stipples", "regions", "coordinates", "small_regions", "boundary", "seconds"}

@@ -48,6 +48,10 @@ class Dots:
     radii: npt.NDArray[np.float64]
     inks: npt.NDArray[np.uint8]
 
+    def table(self) -> npt.NDArray[np.float64]:
+        """Return x, y and ink of every dot, (n, 3), for `Picture`."""
+        return np.column_stack([self.positions, self.inks])
+
 
 def check_dots(dots: int) -> int:
     """Return the number of dots that is asked for.
@@ -106,6 +110,7 @@ def picture(dots: Dots, width: int, height: int, settings: dict[str, object]) ->
         counts=Counts(stipples=count, regions=0, vertices=count, coordinates=count),
         svg=svg(circles(dots), width, height),
         settings=settings,
+        dots=dots.table(),
     )
 
 

@@ -224,6 +224,7 @@ def draw(tone: npt.NDArray[np.float64], least: float) -> Picture:
         counts=Counts(stipples=stipples, regions=regions, coordinates=stipples + sum(map(len, rings))),
         svg=svg(f'<path fill-rule="evenodd" d="{path}"/>\n{circles(shown)}', width, height),
         settings={"seed": SEED, "steps": steps, "least_diameter": least, "largest_diameter": LARGEST_TO_LEAST * least},
+        dots=shown.table(),
     )
 
 

@@ -18,6 +18,7 @@ import io
 import math
 import re
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -164,7 +165,7 @@ def stipple_by_inksep(photo: Photo, dots: int) -> Picture:
     found = Dots(marks[:, :2], marks[:, 2], np.full(len(marks), BLACK, np.uint8))
     settings = {"version": installation.program_version(program), **{name[2:]: value for name, value in options.items()}}
     drawing = picture(found, width, height, settings)
-    return Picture(drawing.raster, drawing.counts, svg, drawing.settings)
+    return replace(drawing, svg=svg)
 
 
 METHODS = (
