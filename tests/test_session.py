@@ -43,6 +43,8 @@ CHANGES: dict[str, Any] = {
     "stipple_max": 0.6,
     "irregularity": 0.9,
     "seed": 7,
+    "white_point": 0.9,
+    "black_point": 0.1,
     "linear": True,
     "gamma": 1.6,
     "contrast": 0.6,

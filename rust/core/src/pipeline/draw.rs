@@ -232,15 +232,17 @@ fn run(
 /// The largest difference of tones of a photo that counts as flat: one level of 8 bits, and what rounding adds.
 const FLAT: f32 = 1.5 / 255.0;
 
+/// Tones that differ by more need no stretching: then the nodes are too few.
+const WIDE: f32 = 0.5;
+
 /// What to say of a drawing of one ink alone, if the photo was not flat.
 fn blank(drawing: &Drawing, [low, high]: [f32; 2]) -> Option<String> {
     let ([only], []) = (&drawing.regions[..], &drawing.stipples[..]) else { return None };
+    let way_out =
+        if high - low < WIDE { "set white point and black point to auto to stretch them" } else { "draw it with more nodes" };
     (high - low > FLAT).then(|| {
-        format!(
-            "the whole drawing is {}, as the photo's tones lie between {low:.2} and {high:.2}: set white point and black point to auto \
-             to stretch them",
-            only.ink.name()
-        )
+        let ink = only.ink.name();
+        format!("the whole drawing is {ink}, as the photo's tones lie between {low:.2} and {high:.2}: {way_out}")
     })
 }
 
