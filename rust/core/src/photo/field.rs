@@ -269,11 +269,14 @@ impl Field {
 
     /// The least and the largest value.
     pub fn range(&self) -> [f32; 2] {
-        // Comparisons and not `min` and `max`, which mind NaN: these vectorize.
-        let wider = |[low, high]: [f32; 2], v: &f32| [if *v < low { *v } else { low }, if *v > high { *v } else { high }];
-        let of_row = |row: &[f32]| row.iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
-        let both = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-        self.values.par_chunks_exact(self.width).map(of_row).reduce(|| [f32::INFINITY, f32::NEG_INFINITY], both)
+        // Bits of floats from 0 on are in the order of the floats, and whole numbers vectorize; -0 counts as 0.
+        let wider = |[low, high]: [u32; 2], v: &f32| {
+            let bits = v.to_bits() & (u32::MAX >> 1);
+            [low.min(bits), high.max(bits)]
+        };
+        let of_row = |row: &[f32]| row.iter().fold([u32::MAX, 0], wider);
+        let both = |a: [u32; 2], b: [u32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        self.values.par_chunks_exact(self.width).map(of_row).reduce(|| [u32::MAX, 0], both).map(f32::from_bits)
     }
 
     /// The value that so many are not above it, and the largest; no value is below 0.
@@ -395,6 +398,8 @@ mod tests {
         for rank in [0, 1, 500, 990, 999] {
             assert_eq!(field.of_rank(rank), (sorted[rank], sorted[999]));
         }
+        assert_eq!(field.range(), [sorted[0], sorted[999]]);
+        assert_eq!(Field::new(2, 1, vec![-0.0, 0.25]).unwrap().range(), [0.0, 0.25]);
     }
 
     #[test]
