@@ -169,11 +169,6 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// The format.
-    pub fn format(&self) -> Format {
-        self.format
-    }
-
     /// Whether a drawing on a canvas of `width` x `height` pixels can be written so: to be asked before the work is done.
     ///
     /// # Errors
