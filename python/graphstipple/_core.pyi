@@ -11,12 +11,14 @@ __all__ = [
     "__version__",
     "adjust",
     "cells",
+    "clean",
     "cli",
     "components",
     "diffuse",
     "draw",
     "emphasize",
     "formats",
+    "grounds",
     "lattice",
     "lattice_labels",
     "load",
@@ -36,6 +38,7 @@ __all__ = [
     "settings",
     "sources",
     "split",
+    "stipple",
     "triangulate",
 ]
 
@@ -143,18 +146,34 @@ def refine(
     tones: npt.NDArray[np.float32],
     labels: npt.NDArray[np.uint8],
     areas: npt.NDArray[np.float64],
+    grounds: npt.NDArray[np.uint8] | None,
     mean: float | None,
     options: Options,
 ) -> tuple[npt.NDArray[np.uint8], float]: ...
 def split(
     edges: npt.NDArray[np.uint32], tones: npt.NDArray[np.float32], labels: npt.NDArray[np.uint8], most: int
 ) -> npt.NDArray[np.uint8]: ...
+def grounds(
+    sites: npt.NDArray[np.float64], edges: npt.NDArray[np.uint32], tones: npt.NDArray[np.float32], options: Options
+) -> npt.NDArray[np.uint8]: ...
+def clean(
+    edges: npt.NDArray[np.uint32], tones: npt.NDArray[np.float32], labels: npt.NDArray[np.uint8]
+) -> npt.NDArray[np.uint8]: ...
+def stipple(
+    sites: npt.NDArray[np.float64],
+    grounds: npt.NDArray[np.uint8],
+    tones: npt.NDArray[np.float32],
+    areas: npt.NDArray[np.float64],
+    labels: npt.NDArray[np.uint8],
+    size: tuple[int, int],
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
 def components(edges: npt.NDArray[np.uint32], labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint32]: ...
 def outline(
     sites: npt.NDArray[np.float64],
     labels: npt.NDArray[np.uint8],
     areas: npt.NDArray[np.float64],
     tones: npt.NDArray[np.float32] | None,
+    places: npt.NDArray[np.float64] | None,
     size: tuple[int, int],
     options: Options,
 ) -> tuple[

@@ -1,7 +1,8 @@
 """The stages of the method, each callable alone on arrays.
 
 In the order of the pipeline: `tone`, `emphasize`, `importance`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and
-node budget in one), `relax`, `triangulate`, `cells`, `diffuse`, `refine`, `split`, `components`, `outline`. They are the functions
+node budget in one), `relax`, `triangulate`, `cells`, `grounds`, `diffuse`, `refine`,
+`split`, `clean`, `stipple`, `components`, `outline`. They are the functions
 that `graphstipple.draw` runs.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
@@ -28,10 +29,13 @@ __all__ = [
     "LatticeLabels",
     "Outline",
     "Refined",
+    "Stippled",
     "cells",
+    "clean",
     "components",
     "diffuse",
     "emphasize",
+    "grounds",
     "importance",
     "lattice",
     "lattice_labels",
@@ -41,6 +45,7 @@ __all__ = [
     "relax",
     "samples_per_pixel",
     "split",
+    "stipple",
     "tone",
     "triangulate",
 ]
@@ -90,6 +95,17 @@ class Refined(NamedTuple):
     """0 black, 1 white, (n,)."""
     shift: float
     """What was added for white so that they have their mean; a drawing's is ``stats["tone_shift"]``."""
+
+
+class Stippled(NamedTuple):
+    """Labels with the dots of smooth parts, and how nodes are drawn."""
+
+    labels: npt.NDArray[np.uint8]
+    """0 black, 1 white, (n,): in smooth parts the ground, and dots of the other label, none beside another."""
+    places: npt.NDArray[np.float64]
+    """Where every node is drawn, (n, 2) in pixels: dots and the nodes around them have left their sites."""
+    areas: npt.NDArray[np.float64]
+    """Area of every node's mark in px^2, (n,): a dot's is the ink that it stands for."""
 
 
 class Outline(NamedTuple):
@@ -353,6 +369,7 @@ def refine(
     labels: npt.ArrayLike,
     *,
     areas: npt.ArrayLike | None = None,
+    grounds: npt.ArrayLike | None = None,
     sweeps: int = _OURS.refine,
     crispness: float = _OURS.crispness,
     cohesion: float = _OURS.cohesion,
@@ -371,6 +388,9 @@ def refine(
         0 black, 1 white: what the diffusion gave.
     areas : array_like, (n,), optional
         Cell area of every node in px^2, for the mean; without, all are alike.
+    grounds : array_like, (n,), optional
+        Those of smooth parts, by `grounds`: labels there stay, and count nothing in the mean. Their tones are to be 0 or 1, as the
+        ground is.
     sweeps, crispness, cohesion, tone_tolerance
         As `Options.refine`, `crispness`, `cohesion` and `tone_tolerance`. Nodes are asked in blocks of consecutive numbers.
     mean : float, optional
@@ -384,8 +404,9 @@ def refine(
     options = Options(refine=sweeps, crispness=crispness, cohesion=cohesion, tone_tolerance=tone_tolerance)
     values = _array("tones", tones, np.float32, 1)
     cell_areas = np.ones(len(values)) if areas is None else _array("areas", areas, np.float64, 1)
-    refined = _core.refine(_edges(edges), values, _array("labels", labels, np.uint8, 1), cell_areas, mean, options._checked)
-    return Refined(*refined)
+    smooth = None if grounds is None else _array("grounds", grounds, np.uint8, 1)
+    given = _array("labels", labels, np.uint8, 1)
+    return Refined(*_core.refine(_edges(edges), values, given, cell_areas, smooth, mean, options._checked))
 
 
 def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, most: int = _OURS.split) -> npt.NDArray[np.uint8]:
@@ -409,6 +430,89 @@ def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, mos
     """
     values = _array("tones", tones, np.float32, 1)
     return _core.split(_edges(edges), values, _array("labels", labels, np.uint8, 1), Options(split=most).split)
+
+
+def grounds(
+    sites: npt.ArrayLike, edges: npt.ArrayLike, tones: npt.ArrayLike, stippling: float = _OURS.stippling
+) -> npt.NDArray[np.uint8]:
+    """Return the ground of every node in a smooth part (docs/method.md).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Position of every node in pixels.
+    edges : array_like, (m, 2)
+        Every edge once.
+    tones : array_like, (n,)
+        Tone of every node without emphasis, in [0, 1].
+    stippling : float
+        As `Options.stippling`: 0 nothing is smooth, 1 everything.
+
+    Returns
+    -------
+    ndarray of uint8, (n,)
+        0 black and 1 white in smooth parts, 2 in those with structure.
+    """
+    values = _array("tones", tones, np.float32, 1)
+    return _core.grounds(_sites(sites), _edges(edges), values, Options(stippling=stippling)._checked)
+
+
+def clean(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """Return the labels without marks that lie wholly on pure white or pure black (docs/method.md).
+
+    Parameters
+    ----------
+    edges : array_like, (m, 2)
+        Every edge once.
+    tones : array_like, (n,)
+        Tone of every node without emphasis, in [0, 1]; within half a level of 8 bits of 0 or 1 it is pure.
+    labels : array_like, (n,)
+        0 black, 1 white.
+
+    Returns
+    -------
+    ndarray of uint8, (n,)
+        0 black, 1 white.
+    """
+    return _core.clean(_edges(edges), _array("tones", tones, np.float32, 1), _array("labels", labels, np.uint8, 1))
+
+
+def stipple(
+    sites: npt.ArrayLike,
+    grounds: npt.ArrayLike,
+    tones: npt.ArrayLike,
+    labels: npt.ArrayLike,
+    width: int,
+    height: int,
+    *,
+    areas: npt.ArrayLike | None = None,
+) -> Stippled:
+    """Return the labels with dots in smooth parts, which carry what the ground lacks there (docs/method.md).
+
+    Parameters
+    ----------
+    sites : array_like, (n, 2)
+        Different positions inside the canvas, not all in one line.
+    grounds : array_like, (n,)
+        By `grounds`.
+    tones : array_like, (n,)
+        Tone of every node without emphasis, in [0, 1].
+    labels : array_like, (n,)
+        0 black, 1 white; what they are in smooth parts does not matter.
+    width, height : int
+        Canvas in pixels.
+    areas : array_like, (n,), optional
+        Cell area of every node in px^2; by default by `cells`.
+
+    Returns
+    -------
+    Stippled
+    """
+    positions, canvas = _sites(sites), (_count("width", width), _count("height", height))
+    cell_areas = cells(positions, width, height).areas if areas is None else _array("areas", areas, np.float64, 1)
+    smooth, given = _array("grounds", grounds, np.uint8, 1), _array("labels", labels, np.uint8, 1)
+    values = _array("tones", tones, np.float32, 1)
+    return Stippled(*_core.stipple(positions, smooth, values, cell_areas, given, canvas))
 
 
 def components(edges: npt.ArrayLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint32]:
@@ -437,6 +541,7 @@ def outline(
     *,
     areas: npt.ArrayLike | None = None,
     tones: npt.ArrayLike | None = None,
+    places: npt.ArrayLike | None = None,
     stipple_scale: float = _OURS.stipple_scale,
     stipple_min: float = _OURS.stipple_min,
     stipple_max: float | None = _OURS.stipple_max,
@@ -458,6 +563,8 @@ def outline(
         Cell area of every node in px^2; by default by `cells`.
     tones : array_like, (n,), optional
         Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
+    places : array_like, (n, 2), optional
+        Where every node is drawn, by `stipple`; by default at its site. No triangle may be turned over.
     stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance
         As in `Options`.
 
@@ -478,7 +585,8 @@ def outline(
     values = _array("labels", labels, np.uint8, 1)
     canvas = _count("width", width), _count("height", height)
     followed = None if tones is None else _array("tones", tones, np.float32, 1)
-    stipples, regions = _core.outline(positions, values, cell_areas, followed, canvas, options._checked)
+    drawn_at = None if places is None else _array("places", places, np.float64, 2)
+    stipples, regions = _core.outline(positions, values, cell_areas, followed, drawn_at, canvas, options._checked)
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
 
 

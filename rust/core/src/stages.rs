@@ -21,7 +21,7 @@ pub use crate::diffusion::{Diffusion, diffuse, tonal_share};
 // Where nodes are.
 pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, relax};
 // What is black and what is white.
-pub use crate::labels::{Labels, Refinement, refine, split};
+pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
 // From labels to shapes.
 pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
 // The drawing as data.

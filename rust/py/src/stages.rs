@@ -1,6 +1,6 @@
 //! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
 
-use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping};
+use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping, Stippled};
 use graphstipple_core::{Field, Importance, Options as CoreOptions};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -185,15 +185,16 @@ pub(crate) fn refine<'py>(
     tones: PyReadonlyArray1<'py, f32>,
     labels: PyReadonlyArray1<'py, u8>,
     areas: PyReadonlyArray1<'py, f64>,
+    grounds: Option<PyReadonlyArray1<'py, u8>>,
     mean: Option<f64>,
     options: &Options,
 ) -> PyResult<(Bound<'py, PyArray1<u8>>, f64)> {
     let parameters = Refinement::of(&options.checked, mean);
     let (edges, tones, areas) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&areas));
-    let mut labels = arrays::values(&labels);
+    let (mut labels, grounds) = (arrays::values(&labels), grounds.as_ref().map(arrays::values));
     let (labels, shift) = watch::run_core(py, move |control| {
         let graph = graph_anywhere(labels.len(), &edges)?;
-        let shift = core::refine(&graph, &tones, &areas, &mut labels, &parameters, control)?;
+        let shift = core::refine(&graph, &tones, &areas, grounds.as_deref(), &mut labels, &parameters, control)?;
         Ok((labels, shift))
     })?;
     Ok((labels.into_pyarray(py), shift))
@@ -215,6 +216,62 @@ pub(crate) fn split<'py>(
         Ok(labels)
     })?;
     Ok(labels.into_pyarray(py))
+}
+
+/// The grounds of smooth parts.
+#[pyfunction]
+pub(crate) fn grounds<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    edges: PyReadonlyArray2<'py, u32>,
+    tones: PyReadonlyArray1<'py, f32>,
+    options: &Options,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let stippling = options.checked.stippling;
+    let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
+    let tones = arrays::values(&tones);
+    let grounds = watch::run_core(py, move |_| core::grounds(&Graph::from_edges(sites, &edges)?, &tones, stippling))?;
+    Ok(grounds.into_pyarray(py))
+}
+
+/// The labels without marks on pure white or black.
+#[pyfunction]
+pub(crate) fn clean<'py>(
+    py: Python<'py>,
+    edges: PyReadonlyArray2<'py, u32>,
+    tones: PyReadonlyArray1<'py, f32>,
+    labels: PyReadonlyArray1<'py, u8>,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
+    let labels = watch::run_core(py, move |_| {
+        core::clean(&graph_anywhere(labels.len(), &edges)?, &tones, &mut labels)?;
+        Ok(labels)
+    })?;
+    Ok(labels.into_pyarray(py))
+}
+
+/// Labels (n,), places (n, 2) and areas (n,) with the dots of smooth parts.
+type StippledArrays<'py> = (Bound<'py, PyArray1<u8>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// The smooth parts stippled.
+#[pyfunction]
+pub(crate) fn stipple<'py>(
+    py: Python<'py>,
+    sites: PyReadonlyArray2<'py, f64>,
+    grounds: PyReadonlyArray1<'py, u8>,
+    tones: PyReadonlyArray1<'py, f32>,
+    areas: PyReadonlyArray1<'py, f64>,
+    labels: PyReadonlyArray1<'py, u8>,
+    size: (usize, usize),
+) -> PyResult<StippledArrays<'py>> {
+    let sites = arrays::pairs("sites", &sites)?;
+    let (grounds, tones) = (arrays::values(&grounds), arrays::values(&tones));
+    let (areas, labels) = (arrays::values(&areas), arrays::values(&labels));
+    let Stippled { labels, marks } = watch::run_core(py, move |control| {
+        let triangulation = core::triangulate(sites, size.0, size.1, control)?;
+        core::stipple(&triangulation, &grounds, &tones, &areas, &labels, size, control)
+    })?;
+    Ok((labels.into_pyarray(py), arrays::from_pairs(py, marks.places)?, marks.areas.into_pyarray(py)))
 }
 
 /// The component of every node.
@@ -240,12 +297,14 @@ pub(crate) fn outline<'py>(
     labels: PyReadonlyArray1<'py, u8>,
     areas: PyReadonlyArray1<'py, f64>,
     tones: Option<PyReadonlyArray1<'py, f32>>,
+    places: Option<PyReadonlyArray2<'py, f64>>,
     size: (usize, usize),
     options: &Options,
 ) -> PyResult<(StippleArrays<'py>, Vec<RegionArrays<'py>>)> {
     let options = options.checked.clone();
     let sites = arrays::pairs("sites", &sites)?;
     let (labels, areas, tones) = (arrays::values(&labels), arrays::values(&areas), tones.as_ref().map(arrays::values));
+    let places = places.map(|places| arrays::pairs("places", &places)).transpose()?;
     if sites.len() != labels.len() {
         return Err(errors::invalid(format!("there are {} labels for {} sites", labels.len(), sites.len())));
     }
@@ -253,7 +312,7 @@ pub(crate) fn outline<'py>(
         let triangulation = core::triangulate(sites, size.0, size.1, control)?;
         let components = core::components(&triangulation.graph, &labels);
         let shaping = Shaping::of(&options);
-        let nodes = Nodes { labels: &labels, areas: &areas, tones: tones.as_deref() };
+        let nodes = Nodes { labels: &labels, places: places.as_deref().unwrap_or(&triangulation.graph.sites), areas: &areas, tones: tones.as_deref() };
         let outlines = core::outline(&triangulation, nodes, &components, size, shaping, control)?;
         core::assemble(outlines.parts)
     })?;

@@ -11,6 +11,12 @@ pub const FLATTENING_TOLERANCE: f64 = 0.05;
 /// No vertex of a circle's polygon lies further from its centre than this many radii: the coarsest polygon has eight sides.
 pub(crate) const POLYGON_REACH: f64 = 1.055;
 
+/// The part of the distance to the rim of its star, the triangles around its node, that the outline of a dot may fill.
+pub(crate) const ROOM: f64 = 0.99;
+
+/// The part of it that the radius of a round dot may fill: its polygon reaches a little beyond its circle.
+pub(crate) const STAR_FILL: f64 = ROOM / POLYGON_REACH;
+
 /// Whether a curve has no ends.
 pub(crate) fn is_closed(path: &BezPath) -> bool {
     path.elements().last() == Some(&PathEl::ClosePath)

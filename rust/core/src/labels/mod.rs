@@ -1,17 +1,27 @@
 //! What is black and what is white. In: labels as the diffusion gives them, with tones and areas of the nodes; out: labels that
-//! follow tones and neighbours, with dots that fused by chance taken apart. Source: our own.
+//! follow tones and neighbours, and dots in smooth parts, with their places and areas. Source: our own.
 
+mod clean;
+mod places;
 mod refine;
+mod smooth;
 mod split;
+mod stipple;
 
+pub use clean::clean;
 pub use refine::{Refinement, refine};
+pub use smooth::{STRUCTURED, grounds};
+pub(crate) use smooth::{drawn_tones, structured_mean};
 pub use split::split;
+pub use stipple::{Marks, Stippled, stipple};
 
 /// What the nodes of the second graph are labelled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
     /// 0 black, 1 white.
     pub labels: Vec<u8>,
-    /// The shift that gave them the photo's mean: see [`refine()`].
+    /// The shift that gave the labels of structured parts their mean: see [`refine()`].
     pub shift: f64,
+    /// How the nodes are drawn, where smooth parts were stippled.
+    pub marks: Option<Marks>,
 }

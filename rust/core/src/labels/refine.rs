@@ -15,11 +15,14 @@
 //! The shift is nearly the same for all nodes, and follows the mean: after every sweep over the nodes it moves by what the drawing is too
 //! light or too dark. So the picture is as light as the photo, although neither diffusion with an alpha below 1 nor a threshold is.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::base::{Control, Error, Result, noise};
 use crate::diffusion::{band_size, check_input};
 use crate::graph::{Graph, check_labels, check_one_a_node};
+use crate::labels::smooth::STRUCTURED;
 use crate::options::Options;
 
 /// The parameters of a refinement; ranges as in [`Options`].
@@ -57,6 +60,8 @@ const SETTLED: f64 = 1e-3;
 
 /// Refines the labels of nodes by their tones, and returns the shift. `areas` are those of the nodes' cells, in px^2.
 ///
+/// With the grounds of smooth parts, the nodes there keep their labels, and count nothing in the mean.
+///
 /// Nodes are asked in blocks, the bands of [`crate::stages::diffuse`]: even ones side by side, each node after the other, then odd
 /// ones. A block sees the others as they were before. So the result does not depend on threads.
 ///
@@ -67,6 +72,7 @@ pub fn refine(
     graph: &Graph,
     tones: &[f32],
     areas: &[f64],
+    grounds: Option<&[u8]>,
     labels: &mut [u8],
     parameters: &Refinement,
     control: &Control,
@@ -74,17 +80,34 @@ pub fn refine(
     check_input(graph, tones, Some(areas))?;
     check_one_a_node("labels", labels.len(), graph.sites.len())?;
     check_labels(labels)?;
+    if let Some(grounds) = grounds {
+        check_one_a_node("grounds", grounds.len(), graph.sites.len())?;
+    }
     if let Some((mean, _)) = parameters.mean.filter(|(mean, _)| !(0.0..=1.0).contains(mean)) {
         return Err(Error::Input(format!("the mean is {mean}, but it must be between 0 and 1")));
     }
-    refine_in_blocks(graph, tones, areas, labels, parameters, band_size(labels.len()), control)
+    refine_in_blocks(Parts { graph, tones, areas, grounds }, labels, parameters, band_size(labels.len()), control)
+}
+
+/// What is refined.
+#[derive(Clone, Copy)]
+struct Parts<'a> {
+    graph: &'a Graph,
+    tones: &'a [f32],
+    areas: &'a [f64],
+    grounds: Option<&'a [u8]>,
+}
+
+/// The areas that count in the mean.
+fn structured_areas<'a>(areas: &'a [f64], grounds: Option<&[u8]>) -> Cow<'a, [f64]> {
+    let Some(grounds) = grounds else { return Cow::Borrowed(areas) };
+    let counting = |(area, ground): (&f64, &u8)| if *ground == STRUCTURED { *area } else { 0.0 };
+    areas.par_iter().zip(grounds).map(counting).collect::<Vec<f64>>().into()
 }
 
 /// [`refine`] of valid input in blocks of `size` nodes.
 fn refine_in_blocks(
-    graph: &Graph,
-    tones: &[f32],
-    areas: &[f64],
+    parts: Parts,
     labels: &mut [u8],
     parameters: &Refinement,
     size: usize,
@@ -93,6 +116,8 @@ fn refine_in_blocks(
     if parameters.sweeps == 0 {
         return Ok(0.0);
     }
+    let Parts { graph, tones, areas, grounds } = parts;
+    let areas = &*structured_areas(areas, grounds);
     // Block by block, so that it can be done side by side.
     let white_area = |labels: &[u8]| -> f64 {
         let of_block = |(labels, areas): (&[u8], &[f64])| -> f64 {
@@ -106,7 +131,7 @@ fn refine_in_blocks(
     let mut nodes: Vec<Node> = (0..labels.len()).into_par_iter().map(|i| Node::new(graph, tones, labels, parameters, i)).collect();
     for sweep in 0..parameters.sweeps {
         control.report(sweep as f32 / parameters.sweeps as f32)?;
-        let asking = Sweep { graph, cohesion: parameters.cohesion, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
+        let asking = Sweep { graph, grounds, cohesion: parameters.cohesion, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
         let changed: usize = (0..2).map(|parity| asking.ask_blocks(parity, size, labels, &mut nodes)).sum();
         let over = parameters.mean.filter(|_| total > 0.0).map_or(0.0, |(mean, tolerance)| {
             let off = white_area(labels) / total - mean;
@@ -180,6 +205,7 @@ impl Node {
 /// One sweep.
 struct Sweep<'a> {
     graph: &'a Graph,
+    grounds: Option<&'a [u8]>,
     cohesion: f64,
     shift: f64,
     /// By how much more or less single nodes are shifted.
@@ -201,6 +227,9 @@ impl Sweep<'_> {
     fn ask_block(&self, first: usize, labels: &mut [u8], nodes: &mut [Node]) -> Changed {
         let mut changed = Changed::default();
         for i in 0..labels.len() {
+            if self.grounds.is_some_and(|grounds| grounds[first + i] != STRUCTURED) {
+                continue;
+            }
             let label = nodes[i].label(first + i, labels[i], self);
             if label == labels[i] {
                 continue;
@@ -249,7 +278,7 @@ mod tests {
         let control = Control::new();
         let mut labels = diffuse(graph, tones, None, &Diffusion::of_tone(&Options::default()), &control).unwrap();
         let areas = vec![1.0; tones.len()];
-        let shift = refine_in_blocks(graph, tones, &areas, &mut labels, parameters, size, &control).unwrap();
+        let shift = refine_in_blocks(Parts { graph, tones, areas: &areas, grounds: None }, &mut labels, parameters, size, &control).unwrap();
         (labels, shift)
     }
 
@@ -301,7 +330,7 @@ mod tests {
         let mut labels = ideal.clone();
         labels[dot] = 1;
         let expected = labels.clone();
-        refine(&graph, &tones, &vec![1.0; tones.len()], &mut labels, &PLAIN, &Control::new()).unwrap();
+        refine(&graph, &tones, &vec![1.0; tones.len()], None, &mut labels, &PLAIN, &Control::new()).unwrap();
         assert_eq!(labels, expected);
     }
 

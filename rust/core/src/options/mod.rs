@@ -33,6 +33,7 @@ impl Options {
             midtones: 0.0,
             sharpen: 0.0,
             local_contrast: 0.0,
+            stippling: 0.0,
             refine: 0,
             tone_tolerance: None,
             split: 0,

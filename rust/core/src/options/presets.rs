@@ -50,6 +50,7 @@ pub fn presets() -> Vec<Preset> {
             "bold: large smooth shapes, few marks, hardly a dot",
             Options {
                 fineness: 1.0 / 3.0,
+                stippling: 0.0,
                 shading: 0.04,
                 crispness: 8.0,
                 cohesion: 1.0,
@@ -65,6 +66,7 @@ pub fn presets() -> Vec<Preset> {
             "boldest: a few flat areas of black and white",
             Options {
                 fineness: 0.2,
+                stippling: 0.0,
                 shading: 0.0,
                 crispness: 30.0,
                 cohesion: 3.0,

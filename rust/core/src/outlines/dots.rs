@@ -2,16 +2,10 @@
 
 use kurbo::{Point, Vec2};
 
-use crate::base::{Frame, Ink, POLYGON_REACH, Side, distance_to_segment};
+use crate::base::{Frame, Ink, ROOM, STAR_FILL, Side, distance_to_segment};
 use crate::outlines::irregular::Room;
 use crate::outlines::parts::Stipple;
 use crate::outlines::spline::FINER_GRIDS;
-
-/// The part of the distance to the rim of its star that the outline of a dot may fill.
-const ROOM: f64 = 0.99;
-
-/// The part of it that the radius of a round dot may fill: its polygon reaches a little beyond its circle.
-const STAR_FILL: f64 = ROOM / POLYGON_REACH;
 
 /// The triangles around the node of a dot.
 pub(super) struct Star {

@@ -45,6 +45,8 @@ pub struct Outlines {
 pub struct Nodes<'a> {
     /// 0 black, 1 white.
     pub labels: &'a [u8],
+    /// Where every node is drawn, in pixels: its site in the triangulation, or a place near it that turns no triangle over.
+    pub places: &'a [[f64; 2]],
     /// Area of every node's cell in px^2: a stipple gets `stipple_scale` times as much.
     pub areas: &'a [f64],
     /// Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
@@ -118,10 +120,11 @@ pub fn outline(
     shaping: Shaping,
     control: &Control,
 ) -> Result<Outlines> {
-    let Nodes { labels, areas: cell_areas, tones } = nodes;
+    let Nodes { labels, places, areas: cell_areas, tones } = nodes;
     let count = triangulation.graph.sites.len();
     for (what, length) in [
         ("labels", labels.len()),
+        ("places", places.len()),
         ("component ids", components.ids.len()),
         ("cell areas", cell_areas.len()),
         ("tones", tones.map_or(count, <[f32]>::len)),
@@ -158,7 +161,7 @@ pub fn outline(
     let shape_of = |contour: &Contour| -> Result<Shape> {
         control.check()?;
         let edges = contours.edges(contour);
-        let site = |node: u32| point(triangulation.graph.sites[node as usize]);
+        let site = |node: u32| point(places[node as usize]);
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
         let dot =
             [(contour.black, contour.white), (contour.white, contour.black)].into_iter().find(|(own, _)| is_dot(*own, contour));
@@ -175,7 +178,7 @@ pub fn outline(
             Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(own_is_black)]).collect(), ends: contour.ends, frame };
         let units = fit.units * DOT_GRID;
         let wanted = shaping.radius(cell_areas[node], units);
-        let stipple = star.dot(point(triangulation.graph.sites[node]), wanted, units, Ink::of_label(labels[node]));
+        let stipple = star.dot(point(places[node]), wanted, units, Ink::of_label(labels[node]));
         if shaping.irregularity > 0.0 {
             let room = star.room(Point::new(stipple.x, stipple.y));
             let key = mixed(mixed(shaping.seed) ^ node as u64);

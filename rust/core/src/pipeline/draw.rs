@@ -15,7 +15,9 @@ use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats, VERSION, assemble};
 use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
 use crate::importance::Importance;
-use crate::labels::{Labels, Refinement, refine, split};
+use crate::labels::{
+    Labels, Refinement, STRUCTURED, Stippled, clean, drawn_tones, grounds, refine, split, stipple, structured_mean,
+};
 use crate::options::{Crossings, ErrorWeighting, Options, Stage};
 use crate::outlines::{Nodes, Shaping, outline};
 use crate::photo::{Field, adjusted, emphasize, emphasize_and_off, off_blurred};
@@ -188,23 +190,24 @@ fn run(
         let off = off.take().or_else(|| wants_off.then(|| off_blurred(plain, spacing)));
         importance.mixed_with(off, &emphasized, spacing, needs)
     })?;
-    drop((tone, luma, importance));
+    // Smooth parts are stippled by the tone as it is.
+    drop(importance);
+    let plain = Plain { tone, luma };
     let first = first_graph_of(&field, needs.at(Stage::FirstGraph), &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
-    let (triangulation, cells) = second_graph_of(first, emphasized, needs, &mut stages, memory)?;
+    let (triangulation, cells) = second_graph_of(first, emphasized, plain, needs, &mut stages, memory)?;
     let labels = stages.run_unless_kept(Step::Diffusion, &mut memory.labels, needs.at(Stage::Labels), |needs| {
-        let (graph, TonedCells { areas, means }) = (&*triangulation.graph, &*cells);
-        let weighting = (needs.published.error_weighting == ErrorWeighting::Area).then_some(&areas[..]);
-        let mut labels = diffuse(graph, means, weighting, &Diffusion::of_tone(needs), control)?;
-        let shift = refine(graph, means, areas, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
-        split(graph, means, &mut labels, needs.split)?;
-        Ok(Labels { labels, shift })
+        labels_of(&triangulation, &cells, (width, height), mean, needs, control)
     })?;
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
     let components = stages.run_unless_kept(Step::Outlines, &mut memory.components, needs.at(Stage::Labels), connected)?;
     let outlined = stages.run_unless_kept(Step::Outlines, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
         let followed = (needs.published.crossings == Crossings::Tone).then_some(&cells.means[..]);
-        let nodes = Nodes { labels: &labels.labels, areas: &cells.areas, tones: followed };
+        let (places, areas) = match &labels.marks {
+            Some(marks) => (&marks.places, &marks.areas),
+            None => (&triangulation.graph.sites, &cells.areas),
+        };
+        let nodes = Nodes { labels: &labels.labels, places, areas, tones: followed };
         let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
         let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..assemble(outlines.parts)? });
         let (anchors, coordinates) = drawing.count_written();
@@ -246,6 +249,36 @@ fn blank(drawing: &Drawing, [low, high]: [f32; 2]) -> Option<String> {
     })
 }
 
+/// The labels of the second graph, with the dots of smooth parts; `mean` is that of the photo's tone.
+fn labels_of(
+    triangulation: &Triangulation,
+    cells: &TonedCells,
+    size: (usize, usize),
+    mean: f64,
+    needs: &Options,
+    control: &Control,
+) -> Result<Labels> {
+    let (graph, TonedCells { areas, means, plain }) = (&*triangulation.graph, cells);
+    let weighting = (needs.published.error_weighting == ErrorWeighting::Area).then_some(&areas[..]);
+    let diffusion = Diffusion::of_tone(needs);
+    if needs.stippling == 0.0 {
+        let mut labels = diffuse(graph, means, weighting, &diffusion, control)?;
+        let shift = refine(graph, means, areas, None, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
+        split(graph, means, &mut labels, needs.split)?;
+        return Ok(Labels { labels, shift, marks: None });
+    }
+    let grounds = grounds(graph, plain, needs.stippling)?;
+    let tones = drawn_tones(&grounds, means);
+    let mut labels = diffuse(graph, &tones, weighting, &diffusion, control)?;
+    labels.iter_mut().zip(&grounds).filter(|(_, ground)| **ground != STRUCTURED).for_each(|(label, ground)| *label = *ground);
+    let mean = structured_mean(&grounds, plain, areas);
+    let shift = refine(graph, &tones, areas, Some(&grounds), &mut labels, &Refinement::of(needs, mean), control)?;
+    split(graph, &tones, &mut labels, needs.split)?;
+    clean(graph, plain, &mut labels)?;
+    let Stippled { labels, marks } = stipple(triangulation, &grounds, plain, areas, &labels, size, control)?;
+    Ok(Labels { labels, shift, marks: Some(marks) })
+}
+
 /// The first graph of an importance on the canvas.
 fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mut Slot<FirstGraph>) -> Result<Arc<FirstGraph>> {
     if let Some(kept) = slot.get(needs) {
@@ -258,10 +291,23 @@ fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mu
     Ok(slot.put(needs, first))
 }
 
+/// The tone before emphasis.
+struct Plain<'a> {
+    tone: Arc<Tone>,
+    luma: Cow<'a, Field>,
+}
+
+impl Plain<'_> {
+    fn field(&self) -> &Field {
+        self.tone.adjusted.as_ref().unwrap_or(&self.luma)
+    }
+}
+
 /// The second graph, and the cells of its nodes with their tone.
 fn second_graph_of(
     first: Arc<FirstGraph>,
     tone: Arc<Field>,
+    plain: Plain,
     needs: &Needs,
     stages: &mut Stages,
     memory: &mut Memory,
@@ -269,7 +315,7 @@ fn second_graph_of(
     let (width, height, control) = (tone.width(), tone.height(), stages.control);
     let samples = |needs: &Options| samples_per_pixel(needs.budget((width * height) as f64).density);
     if let Some(kept) = memory.second_graph.get(needs.at(Stage::SecondGraph)) {
-        let of_kept = |needs: &Options| toned_cells(&kept.graph.sites, &tone, samples(needs), control);
+        let of_kept = |needs: &Options| toned_cells(&kept.graph.sites, &tone, plain.field(), samples(needs), control);
         let cells = stages.run_unless_kept(Step::Tone, &mut memory.cells, needs.at(Stage::Cells), of_kept)?;
         return Ok((kept, cells));
     }
@@ -285,7 +331,7 @@ fn second_graph_of(
         Step::Triangulation,
         Step::Tone,
         || Edges::of(of, width, height, control),
-        move || toned_cells(of, &tone, samples, control),
+        move || toned_cells(of, &tone, plain.field(), samples, control),
     )?;
     Ok((
         memory.second_graph.put(needs.at(Stage::SecondGraph), edges.with_sites(sites)),

@@ -20,10 +20,10 @@ pub fn relax(
     let limits = [width as f64 - FRAME_MARGIN, height as f64 - FRAME_MARGIN];
     for step in 0..steps {
         control.report(step as f32 / steps as f32)?;
-        check_sampling(&sites, width, height, samples_per_pixel, None)?;
+        check_sampling(&sites, width, height, samples_per_pixel, &[])?;
         let mut sums = vec![(0u32, [0u64; 2]); sites.len()];
         let canvas = Samples { sites: &sites, width, height, per_pixel: samples_per_pixel };
-        canvas.add_up(None, control, |site, part| {
+        canvas.add_up([], control, |site, part| {
             let (count, [columns, rows]) = &mut sums[site as usize];
             *count += part.count;
             *columns += part.columns;

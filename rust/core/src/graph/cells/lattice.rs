@@ -18,7 +18,7 @@ const BAND: usize = 16;
 /// # Errors
 /// [`crate::Error::Input`] if `samples_per_pixel` is not between 1 and 16; [`crate::Error::Cancelled`].
 pub fn lattice_means(lattice: &Lattice, field: &Field, samples_per_pixel: usize, control: &Control) -> Result<Vec<f32>> {
-    check_sampling(&[lattice.site(0)], field.width(), field.height(), samples_per_pixel, Some(field))?;
+    check_sampling(&[lattice.site(0)], field.width(), field.height(), samples_per_pixel, &[field])?;
     let (step, sample_rows) = (1.0 / samples_per_pixel as f64, field.height() * samples_per_pixel);
     let around = |row: usize| lattice.rows_around((row as f64 + 0.5) * step);
     // Of every sample column, for even and for odd rows of the lattice: the nearest node of a row and its squared distance along it.

@@ -16,13 +16,13 @@ pub(crate) fn check_sampling(
     width: usize,
     height: usize,
     samples_per_pixel: usize,
-    field: Option<&Field>,
+    fields: &[&Field],
 ) -> Result<()> {
     check_size(width, height)?;
     if !(1..=16).contains(&samples_per_pixel) {
         return Err(Error::Input(format!("samples_per_pixel is {samples_per_pixel}, but it must be between 1 and 16")));
     }
-    if let Some(field) = field.filter(|f| f.width() != width || f.height() != height) {
+    if let Some(field) = fields.iter().find(|f| f.width() != width || f.height() != height) {
         return Err(Error::Input(format!(
             "the field is {} x {} pixels, but the canvas is {width} x {height}",
             field.width(),

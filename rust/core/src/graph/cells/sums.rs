@@ -9,31 +9,48 @@ use crate::graph::cells::block::{BLOCK, Block, FARTHEST, Lane};
 use crate::graph::cells::raster::{Samples, Sink};
 use crate::photo::Field;
 
-/// Running sums of a cell, or of a part of it. Positions are summed as integers, so that their order does not matter.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Sums {
+/// Running sums of a cell, or of a part of it: of `N` fields' values. Positions are summed as integers, so that their order does not
+/// matter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sums<const N: usize> {
     pub(crate) count: u32,
     pub(crate) columns: u64,
     pub(crate) rows: u64,
-    pub(crate) values: f64,
+    pub(crate) values: [f64; N],
+}
+
+impl<const N: usize> Sums<N> {
+    pub(crate) const NONE: Self = Self { count: 0, columns: 0, rows: 0, values: [0.0; N] };
+
+    pub(crate) fn add(&mut self, part: &Self) {
+        self.count += part.count;
+        self.columns += part.columns;
+        self.rows += part.rows;
+        self.values.iter_mut().zip(part.values).for_each(|(sum, value)| *sum += value);
+    }
 }
 
 impl Samples<'_> {
     /// Hands over the sums of all cells, part by part: always the same parts in the same order.
-    pub(crate) fn add_up(self, field: Option<&Field>, control: &Control, mut take: impl FnMut(u32, &Sums) + Send) -> Result<()> {
+    pub(crate) fn add_up<const N: usize>(
+        self,
+        fields: [&Field; N],
+        control: &Control,
+        mut take: impl FnMut(u32, &Sums<N>) + Send,
+    ) -> Result<()> {
         let pixel_of: Vec<u32> = (0..self.width * self.per_pixel).map(|column| (column / self.per_pixel) as u32).collect();
         self.for_each_tile(
             control,
-            |bins, area| SumsOf::new(bins, area, field, &pixel_of),
-            |bins, sums: SumsOf| sums.parts(bins, &mut take),
+            |bins, area| SumsOf::new(bins, area, fields, &pixel_of),
+            |bins, sums: SumsOf<N>| sums.parts(bins, &mut take),
         )
     }
 }
 
 /// The sums of all sites over one tile.
-struct SumsOf<'a> {
+struct SumsOf<'a, const N: usize> {
     area: Box2,
-    field: Option<&'a Field>,
+    fields: [&'a Field; N],
     /// The pixel column of every sample column of the canvas.
     pixel_of: &'a [u32],
     samples_per_pixel: usize,
@@ -43,14 +60,14 @@ struct SumsOf<'a> {
     rows: Vec<[usize; 2]>,
     /// Counts in the lowest 16 bits, sums of columns in the next 24, and of rows in the highest, both from the tile's corner.
     positions: Vec<u64>,
-    /// Sums of values; empty without a field.
-    values: Vec<f64>,
+    /// Sums of values.
+    values: Vec<[f64; N]>,
     /// What belongs to sites that may not be around the tile.
-    others: Vec<(u32, Sums)>,
+    others: Vec<(u32, Sums<N>)>,
 }
 
-impl<'a> SumsOf<'a> {
-    fn new(bins: &Bins, area: Box2, field: Option<&'a Field>, pixel_of: &'a [u32]) -> Self {
+impl<'a, const N: usize> SumsOf<'a, N> {
+    fn new(bins: &Bins, area: Box2, fields: [&'a Field; N], pixel_of: &'a [u32]) -> Self {
         let [columns, (first_row, end_row)] = bins.window(area, FARTHEST);
         let mut count = 0;
         let mut row_of = |row: usize| {
@@ -60,17 +77,17 @@ impl<'a> SumsOf<'a> {
             begin
         };
         let rows = (first_row..end_row).map(&mut row_of).collect();
-        let values = if field.is_some() { vec![0.0; count] } else { Vec::new() };
+        let values = vec![[0.0; N]; count];
         let samples_per_pixel = bins.scale as usize;
-        Self { area, field, pixel_of, samples_per_pixel, first_row, rows, positions: vec![0; count], values, others: Vec::new() }
+        Self { area, fields, pixel_of, samples_per_pixel, first_row, rows, positions: vec![0; count], values, others: Vec::new() }
     }
 
-    fn values_of_row(&self, row: usize) -> Option<&'a [f32]> {
-        self.field.map(|field| &field.values()[row / self.samples_per_pixel * field.width()..][..field.width()])
+    fn values_of_row(&self, row: usize) -> [&'a [f32]; N] {
+        self.fields.map(|field| &field.values()[row / self.samples_per_pixel * field.width()..][..field.width()])
     }
 
     /// Hands over all sums, each with its site, in an order of their own.
-    fn parts(&self, bins: &Bins, mut take: impl FnMut(u32, &Sums)) {
+    fn parts(&self, bins: &Bins, mut take: impl FnMut(u32, &Sums<N>)) {
         self.others.iter().for_each(|(site, part)| take(*site, part));
         let ends = self.rows[1..].iter().map(|next| next[1]).chain([self.positions.len()]);
         for ([begin, first], end) in self.rows.iter().zip(ends) {
@@ -83,7 +100,7 @@ impl<'a> SumsOf<'a> {
                         count: u32::from(count),
                         columns: columns + u64::from(count) * self.area.x.0 as u64,
                         rows: rows + u64::from(count) * self.area.y.0 as u64,
-                        values: self.values.get(slot).copied().unwrap_or(0.0),
+                        values: self.values[slot],
                     };
                     take(*site, &sums);
                 }
@@ -92,18 +109,19 @@ impl<'a> SumsOf<'a> {
     }
 }
 
-impl Sink for SumsOf<'_> {
+impl<const N: usize> Sink for SumsOf<'_, N> {
     fn first_slot(&self, row: usize) -> usize {
         let [begin, first] = self.rows[row - self.first_row];
         begin.wrapping_sub(first)
     }
 
     fn run(&mut self, row: usize, columns: std::ops::Range<usize>, site: u32) {
-        let mut sums = Sums { count: columns.len() as u32, rows: (row * columns.len()) as u64, ..Sums::default() };
+        let mut sums = Sums { count: columns.len() as u32, rows: (row * columns.len()) as u64, ..Sums::NONE };
         let values = self.values_of_row(row);
         for column in columns {
             sums.columns += column as u64;
-            sums.values += values.map_or(0.0, |values| f64::from(values[self.pixel_of[column] as usize]));
+            let pixel = self.pixel_of[column] as usize;
+            sums.values.iter_mut().zip(values).for_each(|(sum, values)| *sum += f64::from(values[pixel]));
         }
         self.others.push((site, sums));
     }
@@ -115,10 +133,13 @@ impl Sink for SumsOf<'_> {
             for (i, number) in (0u64..).zip(owners) {
                 self.positions[block.slots[*number as usize] as usize] += first + (i << 16);
             }
-            if let Some(values) = self.values_of_row(row) {
-                for (pixel, number) in self.pixel_of[area.x.0..area.x.1].iter().zip(owners) {
-                    self.values[block.slots[*number as usize] as usize] += f64::from(values[*pixel as usize]);
-                }
+            let values = self.values_of_row(row);
+            if N == 0 {
+                continue;
+            }
+            for (pixel, number) in self.pixel_of[area.x.0..area.x.1].iter().zip(owners) {
+                let sums = &mut self.values[block.slots[*number as usize] as usize];
+                sums.iter_mut().zip(values).for_each(|(sum, values)| *sum += f64::from(values[*pixel as usize]));
             }
         }
     }

@@ -39,56 +39,75 @@ pub fn cells(
     field: Option<&Field>,
     control: &Control,
 ) -> Result<Cells> {
-    check_sampling(sites, width, height, samples_per_pixel, field)?;
-    let mut sums = vec![Sums::default(); sites.len()];
+    check_sampling(sites, width, height, samples_per_pixel, field.as_slice())?;
     let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
-    canvas.add_up(field, control, |site, part| {
-        let sum = &mut sums[site as usize];
-        sum.count += part.count;
-        sum.columns += part.columns;
-        sum.rows += part.rows;
-        sum.values += part.values;
-    })?;
-    Ok(finish(&sums, sites, samples_per_pixel, field))
-}
-
-fn finish(sums: &[Sums], sites: &[[f64; 2]], samples_per_pixel: usize, field: Option<&Field>) -> Cells {
-    let both = || sums.par_iter().zip(sites);
-    let centroid = |(s, site): (&Sums, &[f64; 2])| centroid_of([s.columns, s.rows], s.count, *site, samples_per_pixel);
-    Cells {
-        counts: sums.par_iter().map(|s| s.count).collect(),
-        areas: sums.par_iter().map(|s| area_of(s.count, samples_per_pixel)).collect(),
-        centroids: both().map(centroid).collect(),
-        means: field.map_or_else(Vec::new, |field| both().map(|(s, site)| mean_of(s.values, s.count, *site, field)).collect()),
+    match field {
+        Some(field) => canvas.cells([field], control),
+        None => canvas.cells([], control),
     }
 }
 
-/// What the diffusion of tone needs of every site's cell.
+impl Samples<'_> {
+    fn cells<const N: usize>(self, fields: [&Field; N], control: &Control) -> Result<Cells> {
+        let Self { sites, per_pixel, .. } = self;
+        let mut sums = vec![Sums::NONE; sites.len()];
+        self.add_up(fields, control, |site, part| sums[site as usize].add(part))?;
+        let both = || sums.par_iter().zip(sites);
+        let centroid = |(s, site): (&Sums<N>, &[f64; 2])| centroid_of([s.columns, s.rows], s.count, *site, per_pixel);
+        let means = |field: &&Field| both().map(|(s, site)| mean_of(s.values[0], s.count, *site, field)).collect();
+        Ok(Cells {
+            counts: sums.par_iter().map(|s| s.count).collect(),
+            areas: sums.par_iter().map(|s| area_of(s.count, per_pixel)).collect(),
+            centroids: both().map(centroid).collect(),
+            means: fields.first().map_or_else(Vec::new, means),
+        })
+    }
+
+    /// Areas of the cells, and the means of every field.
+    fn means<const N: usize>(self, fields: [&Field; N], control: &Control) -> Result<(Vec<f64>, [Vec<f32>; N])> {
+        let Self { sites, per_pixel, .. } = self;
+        let (mut counts, mut values) = (vec![0u32; sites.len()], vec![[0f64; N]; sites.len()]);
+        self.add_up(fields, control, |site, part| {
+            counts[site as usize] += part.count;
+            values[site as usize].iter_mut().zip(part.values).for_each(|(sum, value)| *sum += value);
+        })?;
+        let means = std::array::from_fn(|k| {
+            let mean = |((sums, count), site): ((&[f64; N], &u32), &[f64; 2])| mean_of(sums[k], *count, *site, fields[k]);
+            values.par_iter().zip(&counts).zip(sites).map(mean).collect()
+        });
+        drop(values);
+        Ok((counts.par_iter().map(|count| area_of(*count, per_pixel)).collect(), means))
+    }
+}
+
+/// What the labels need of every site's cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TonedCells {
     /// As [`Cells::areas`].
     pub areas: Vec<f64>,
-    /// As [`Cells::means`].
+    /// As [`Cells::means`]: of the tone that shapes are made of.
     pub means: Vec<f32>,
+    /// Means of the tone before its emphasis, which smooth parts are stippled by.
+    pub plain: Vec<f32>,
 }
 
-/// Areas and means alone, equal to those of [`cells`], in less memory: 24 bytes a site at the peak, the sites sorted into bins apart.
+/// Areas and means alone, equal to those of [`cells`], in less memory: 32 bytes a site at the peak, the sites sorted into bins
+/// apart.
 ///
 /// # Errors
 /// As [`cells`].
-pub fn toned_cells(sites: &[[f64; 2]], field: &Field, samples_per_pixel: usize, control: &Control) -> Result<TonedCells> {
-    let (width, height) = (field.width(), field.height());
-    check_sampling(sites, width, height, samples_per_pixel, Some(field))?;
-    let (mut counts, mut values) = (vec![0u32; sites.len()], vec![0f64; sites.len()]);
+pub fn toned_cells(
+    sites: &[[f64; 2]],
+    tone: &Field,
+    plain: &Field,
+    samples_per_pixel: usize,
+    control: &Control,
+) -> Result<TonedCells> {
+    let (width, height) = (tone.width(), tone.height());
+    check_sampling(sites, width, height, samples_per_pixel, &[plain])?;
     let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
-    canvas.add_up(Some(field), control, |site, part| {
-        counts[site as usize] += part.count;
-        values[site as usize] += part.values;
-    })?;
-    let mean = |((sum, count), site): ((&f64, &u32), &[f64; 2])| mean_of(*sum, *count, *site, field);
-    let means = values.par_iter().zip(&counts).zip(sites).map(mean).collect();
-    drop(values);
-    Ok(TonedCells { areas: counts.par_iter().map(|count| area_of(*count, samples_per_pixel)).collect(), means })
+    let (areas, [means, plain]) = canvas.means([tone, plain], control)?;
+    Ok(TonedCells { areas, means, plain })
 }
 
 /// The owner of every sample: row-major, `width * samples_per_pixel` by `height * samples_per_pixel`.
@@ -96,7 +115,7 @@ pub fn toned_cells(sites: &[[f64; 2]], field: &Field, samples_per_pixel: usize, 
 /// # Errors
 /// As [`cells`].
 pub fn owners(sites: &[[f64; 2]], width: usize, height: usize, samples_per_pixel: usize, control: &Control) -> Result<Vec<u32>> {
-    check_sampling(sites, width, height, samples_per_pixel, None)?;
+    check_sampling(sites, width, height, samples_per_pixel, &[])?;
     let stride = width * samples_per_pixel;
     let mut owners = vec![0; stride * height * samples_per_pixel];
     let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
