@@ -81,6 +81,24 @@ impl<'a> Places<'a> {
         self.sides(node).map(to_side).fold(frame, f64::min)
     }
 
+    /// The sides of the star of a node, but for those on the frame.
+    pub(super) fn rim(&self, node: usize) -> impl Iterator<Item = [usize; 2]> {
+        self.sides(node).filter_map(|(a, beside)| match beside {
+            Beside::Node(b) => Some([a, b as usize]),
+            Beside::Frame(_) => None,
+        })
+    }
+
+    /// How a side of the star of a node must move to be as far from the node as needed; `None` if it is.
+    pub(super) fn way_out(&self, node: usize, side: [usize; 2], needed: f64) -> Option<Point> {
+        let [a, b] = side.map(|end| self.places[end]);
+        let missing = needed - to_segment(self.places[node], a, b);
+        let [x, y] = [b[0] - a[0], b[1] - a[1]];
+        let length = (x * x + y * y).sqrt();
+        // The node lies to the left of the side.
+        (missing > 0.0 && length > 0.0).then(|| [y * missing / length, -x * missing / length])
+    }
+
     /// Every neighbour of a node, with what lies to the left of the edge to it.
     fn sides(&self, node: usize) -> impl Iterator<Item = (usize, Beside)> {
         let graph = &self.triangulation.graph;

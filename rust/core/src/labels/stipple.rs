@@ -9,12 +9,14 @@
 //! 1. *Which nodes.* In the order of their numbers, row by row, a node becomes a dot unless one before is too near: nearer than the mean
 //!    of the distances that both would like to have, or its neighbour. A node whose neighbours have another label than the ground is none.
 //! 2. *Where.* Lloyd steps: every dot moves to the middle of the ink that it stands for, which is what the ground nearest to it lacks.
-//!    A node between dots is shared among them as its cell is cut by their bisectors. The nodes around give way, so that dots
-//!    have the room that they need (see [`super::places`]).
+//!    A node between dots is shared among them as its cell is cut by their bisectors. The nodes around give way, and in the end those
+//!    beside a dot that has too little room for its ink make room for it (see [`super::places`]).
 //! 3. *How large.* A dot has the area of the ink that it stands for: the tone is kept around every dot, and where tones are flat the
 //!    areas are alike. What a dot has no room for goes to those beside it.
 
 use std::f64::consts::PI;
+
+use rayon::prelude::*;
 
 use crate::base::{Control, Error, Frame, Result, STAR_FILL};
 use crate::graph::{Triangulation, check_areas, check_finite, check_labels, check_one_a_node, distance_squared};
@@ -35,19 +37,20 @@ const LEAST_LACK: f64 = 0.5 / 255.0;
 const PACKING: f64 = 0.75;
 
 /// Lloyd steps.
-const STEPS: usize = 5;
+const STEPS: usize = 3;
 
-/// How far from a dot the nodes around it would like to be, in radii.
-const RING: f64 = 1.6;
+/// How often room is made for dots that have too little, and how much more than they need.
+const MAKING_ROOM: usize = 3;
+const ROOM_TO_SPARE: f64 = 1.05;
 
-/// How often in a step the nodes around the dots give way.
-const GIVING_WAY: usize = 2;
-
-/// How often dots hand on what they have no room for.
-const HANDING_ON: usize = 3;
+/// How often dots hand on what they still have no room for.
+const HANDING_ON: usize = 2;
 
 /// Stands for "no dot".
 const NONE: u32 = u32::MAX;
+
+/// Nodes that one thread looks at.
+const NODES_AT_ONCE: usize = 1 << 11;
 
 /// The most dots that share a node.
 const MOST_SHARING: usize = 12;
@@ -116,6 +119,9 @@ pub fn stipple(
         if step < STEPS {
             dots.step(&parts, &carried, &mut places);
         }
+    }
+    for _ in 0..MAKING_ROOM {
+        dots.make_room(&parts, &carried, &mut places);
     }
     let inks = dots.inks_with_room(&parts, &carried, &places);
     let (mut labels, mut areas) = (labels.clone(), areas.to_vec());
@@ -196,6 +202,10 @@ struct Dots {
     at: Vec<u32>,
     /// The dot nearest to every node's site, on the same ground; [`NONE`] where none is.
     owners: Vec<u32>,
+    /// The nodes that have an owner.
+    owned: Vec<u32>,
+    /// The nodes beside dots, which move out of their way.
+    beside: Vec<u32>,
 }
 
 impl Dots {
@@ -232,7 +242,15 @@ impl Dots {
             }
         }
         let owners = nearest_by_hops(parts, &nodes, &at);
-        Self { nodes, at, owners }
+        let owned = (0..count as u32).filter(|node| owners[*node as usize] != NONE).collect();
+        let is_beside = |node: &u32| {
+            let node = *node as usize;
+            at[node] == NONE
+                && parts.row(node).iter().any(|other| at[*other as usize] != NONE)
+                && parts.is_within_ground(node)
+        };
+        let beside = (0..count as u32).filter(is_beside).collect();
+        Self { nodes, at, owners, owned, beside }
     }
 
     fn place(&self, places: &Places, dot: u32) -> [f64; 2] {
@@ -241,12 +259,10 @@ impl Dots {
 
     /// Asks every node again which of the dots of its neighbours is nearest.
     fn find_owners(&mut self, parts: &Parts, places: &Places) {
-        // Dots have moved by less than their distance: twice is enough.
-        for node in (0..self.owners.len()).chain((0..self.owners.len()).rev()) {
+        // Dots have moved by less than their distance: there and back is enough.
+        for k in (0..self.owned.len()).chain((0..self.owned.len()).rev()) {
+            let node = self.owned[k] as usize;
             let own = self.owners[node];
-            if own == NONE {
-                continue;
-            }
             let distance = |dot: u32| distance_squared(parts.site(node), self.place(places, dot));
             let mut nearest = (distance(own), own);
             for other in parts.on_ground(node) {
@@ -265,9 +281,6 @@ impl Dots {
     /// The dots that share a node, each with its part of it: about what the bisectors between them leave of the node's cell.
     fn sharing(&self, parts: &Parts, places: &Places, node: usize, shares: &mut Vec<(u32, f64)>) {
         shares.clear();
-        if self.owners[node] == NONE {
-            return;
-        }
         shares.push((self.owners[node], 1.0));
         for other in parts.on_ground(node) {
             let dot = self.owners[other];
@@ -302,19 +315,37 @@ impl Dots {
 
     /// What every dot stands for.
     fn carry(&self, parts: &Parts, places: &Places) -> Vec<Carried> {
-        let mut carried = vec![Carried::default(); self.nodes.len()];
-        let mut shares = Vec::with_capacity(MOST_SHARING);
-        for node in 0..self.owners.len() {
-            self.sharing(parts, places, node, &mut shares);
-            let (site, ink) = (parts.site(node), parts.lacks[node] * parts.areas[node]);
-            for (dot, share) in &shares {
-                let carried = &mut carried[*dot as usize];
-                let ink = share * ink;
-                carried.ink += ink;
-                carried.moment = [carried.moment[0] + ink * site[0], carried.moment[1] + ink * site[1]];
+        let of_nodes = |nodes: &[u32]| {
+            let (mut found, mut shares) = (Vec::with_capacity(2 * nodes.len()), Vec::with_capacity(MOST_SHARING));
+            for node in nodes.iter().map(|node| *node as usize) {
+                self.sharing(parts, places, node, &mut shares);
+                let ink = parts.lacks[node] * parts.areas[node];
+                found.extend(shares.iter().map(|(dot, share)| (*dot, share * ink, parts.site(node))));
             }
+            found
+        };
+        // Summed in the order of the nodes, whatever the threads.
+        let found: Vec<_> = self.owned.par_chunks(NODES_AT_ONCE).map(of_nodes).collect();
+        let mut carried = vec![Carried::default(); self.nodes.len()];
+        for (dot, ink, [x, y]) in found.into_iter().flatten() {
+            let carried = &mut carried[dot as usize];
+            carried.ink += ink;
+            carried.moment = [carried.moment[0] + ink * x, carried.moment[1] + ink * y];
         }
         carried
+    }
+
+    /// The groups of dots that share nodes.
+    fn groups(&self, parts: &Parts, places: &Places) -> Vec<Vec<usize>> {
+        let of_nodes = |nodes: &[u32]| {
+            let mut shares = Vec::with_capacity(MOST_SHARING);
+            let mut group = |node: &u32| {
+                self.sharing(parts, places, *node as usize, &mut shares);
+                (shares.len() > 1).then(|| shares.iter().map(|(dot, _)| *dot as usize).collect::<Vec<_>>())
+            };
+            nodes.iter().filter_map(&mut group).collect::<Vec<_>>()
+        };
+        self.owned.par_chunks(NODES_AT_ONCE).flat_map_iter(of_nodes).collect()
     }
 
     /// A Lloyd step of the dots, for which the nodes around them give way.
@@ -326,40 +357,41 @@ impl Dots {
                 places.move_towards(node, middle, |places, to| places.room(node, to) >= room);
             }
         }
-        for _ in 0..GIVING_WAY {
-            for node in 0..self.at.len() {
-                if self.at[node] == NONE && parts.is_within_ground(node) {
-                    self.give_way(parts, carried, node, places);
-                }
+        for node in self.beside.iter().map(|node| *node as usize) {
+            if places.is_at_frame(node) {
+                continue;
             }
-        }
-    }
-
-    /// Moves a node between dots to the middle of its neighbours, and out of the rings around dots.
-    fn give_way(&self, parts: &Parts, carried: &[Carried], node: usize, places: &mut Places) {
-        let row = parts.row(node);
-        if row.iter().all(|other| self.at[*other as usize] == NONE) {
-            return;
-        }
-        let [mut x, mut y] = places.places[node];
-        if !places.is_at_frame(node) {
+            let row = parts.row(node);
             let sum = row.iter().fold([0.0; 2], |[x, y], other| {
                 let place = places.places[*other as usize];
                 [x + place[0], y + place[1]]
             });
-            [x, y] = sum.map(|sum| sum / row.len() as f64);
+            places.move_towards(node, sum.map(|sum| sum / row.len() as f64), |_, _| true);
         }
-        let mut to = [x, y];
-        for other in row {
-            let Some(carried) = carried.get(self.at[*other as usize] as usize) else { continue };
-            let place = places.places[*other as usize];
-            let (ring, distance) = (RING * carried.radius(), distance_squared([x, y], place).sqrt());
-            if distance > 0.0 && distance < ring {
-                let out = (ring - distance) / distance;
-                to = [to[0] + out * (x - place[0]), to[1] + out * (y - place[1])];
+    }
+
+    /// Moves the rims of stars that are too small for their dots outwards, and dots away from rims that cannot move.
+    fn make_room(&self, parts: &Parts, carried: &[Carried], places: &mut Places) {
+        for (node, carried) in self.nodes.iter().map(|node| *node as usize).zip(carried) {
+            let needed = ROOM_TO_SPARE * carried.radius() / STAR_FILL;
+            if places.room(node, places.places[node]) >= needed {
+                continue;
+            }
+            let rim: Vec<[usize; 2]> = places.rim(node).collect();
+            for side in rim {
+                let way_out = |places: &Places| places.way_out(node, side, needed);
+                let Some([x, y]) = way_out(places) else { continue };
+                for end in side.into_iter().filter(|end| self.at[*end] == NONE && parts.is_within_ground(*end)) {
+                    let from = places.places[end];
+                    places.move_towards(end, [from[0] + x, from[1] + y], |_, _| true);
+                }
+                if let Some([x, y]) = way_out(places) {
+                    let from = places.places[node];
+                    let room = places.room(node, from);
+                    places.move_towards(node, [from[0] - x, from[1] - y], |places, to| places.room(node, to) > room);
+                }
             }
         }
-        places.move_towards(node, to, |_, _| true);
     }
 
     /// The ink of every dot, after those that have no room for theirs have handed it on to those that share nodes with them.
@@ -367,29 +399,23 @@ impl Dots {
         let mut inks: Vec<f64> = carried.iter().map(|carried| carried.ink).collect();
         let room = |node: &u32| STAR_FILL * places.room(*node as usize, places.places[*node as usize]);
         let most: Vec<f64> = self.nodes.iter().map(|node| PI * room(node) * room(node)).collect();
-        // All groups of dots that share a node.
-        let (mut groups, mut ends, mut shares) = (Vec::new(), Vec::new(), Vec::with_capacity(MOST_SHARING));
-        for node in 0..self.owners.len() {
-            self.sharing(parts, places, node, &mut shares);
-            if shares.len() > 1 {
-                groups.extend(shares.iter().map(|(dot, _)| *dot as usize));
-                ends.push(groups.len());
-            }
-        }
-        let groups: Vec<&[usize]> = std::iter::once(&0).chain(&ends).zip(&ends).map(|(begin, end)| &groups[*begin..*end]).collect();
+        let groups = self.groups(parts, places);
         for _ in 0..HANDING_ON {
             let over: Vec<f64> = inks.iter().zip(&most).map(|(ink, most)| (ink - most).max(0.0)).collect();
             let pairs = || {
-                let from = |group: &&[usize]| group.iter().copied().filter(|dot| over[*dot] > 0.0).collect::<Vec<_>>();
-                let to = |group: &&[usize]| group.iter().copied().filter(|dot| inks[*dot] < most[*dot]).collect::<Vec<_>>();
+                let (over, inks, most) = (&over, &inks, &most);
                 groups.iter().flat_map(move |group| {
-                    let to = to(group);
-                    from(group).into_iter().flat_map(move |from| to.clone().into_iter().map(move |to| (from, to)))
+                    let from = group.iter().filter(|dot| over[**dot] > 0.0);
+                    from.flat_map(move |from| group.iter().filter(|dot| inks[**dot] < most[**dot]).map(move |to| (*from, *to)))
                 })
             };
             let (mut takers, mut handed) = (vec![0u32; inks.len()], vec![0.0; inks.len()]);
-            pairs().for_each(|(from, _)| takers[from] += 1);
-            pairs().for_each(|(from, to)| handed[to] += over[from] / f64::from(takers[from]));
+            for (from, _) in pairs() {
+                takers[from] += 1;
+            }
+            for (from, to) in pairs() {
+                handed[to] += over[from] / f64::from(takers[from]);
+            }
             for (dot, ink) in inks.iter_mut().enumerate() {
                 *ink += handed[dot] - if takers[dot] > 0 { over[dot] } else { 0.0 };
             }
