@@ -44,7 +44,7 @@ def test_paper_is_rusts_and_changes_apply() -> None:
     assert dataclasses.asdict(gs.Options.paper()) == _core.preset("paper").values()
     assert gs.Options.paper().published == gs.Published()
     ours = {"detail": 0, "floor": 0, "midtones": 0, "sharpen": 0, "local_contrast": 0}
-    ours |= {"refine": 0, "tone_tolerance": None, "split": 0}
+    ours |= {"stippling": 0, "refine": 0, "tone_tolerance": None, "split": 0}
     method = {"importance_alpha": "dynamic", "alpha": "dynamic", "error_weighting": "value", "crossings": "midpoint"}
     method |= {"importance_order": "global", "order": "global"}
     published = gs.Options().published.replace(density=0.5, **method)

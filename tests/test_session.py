@@ -36,6 +36,7 @@ CHANGES: dict[str, Any] = {
     "local_contrast": 0.2,
     "tone_tolerance": None,
     "tolerance": 0.6,
+    "stippling": 0.7,
     "refine": 0,
     "split": 0,
     "stipple_scale": 0.5,

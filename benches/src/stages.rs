@@ -4,9 +4,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use graphstipple_core::stages::{
-    Diffusion, FirstGraph, Nodes, Refinement, Shaping, Triangulation, assemble, cells, components, diffuse, diffuse_lattice,
-    emphasize, fine_grained, first_graph, kept_sites, lattice_means, outline, raster::rasterize, refine, relax, samples_per_pixel,
-    triangulate,
+    Diffusion, FirstGraph, Nodes, Refinement, Shaping, TonedCells, Triangulation, assemble, cells, components, diffuse,
+    diffuse_lattice, emphasize, fine_grained, first_graph, grounds, kept_sites, lattice_means, outline, raster::rasterize, refine,
+    relax, samples_per_pixel, stipple, toned_cells, triangulate,
 };
 use graphstipple_core::{Checked, Control, Export, Field, Format, Options, Outcome, Result, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
@@ -79,6 +79,8 @@ pub struct Prepared {
     /// The tone with its details raised, and its means over the cells of the sites.
     emphasized: Field,
     means: Vec<f32>,
+    /// Those of the tone as it is.
+    plain: Vec<f32>,
     /// Labels before their refinement.
     diffused: Vec<u8>,
     areas: Vec<f64>,
@@ -109,9 +111,8 @@ impl Prepared {
         let points = sites.iter().map(|[x, y]| Point2::new(*x, *y)).collect();
         let triangulation = triangulate(sites.clone(), width, height, &control)?;
         let emphasized = emphasize(&photo.luma, options.budget((width * height) as f64).spacing, &options);
-        let found = cells(sites, width, height, samples, Some(&emphasized), &control)?;
+        let TonedCells { areas, means, plain } = toned_cells(sites, &emphasized, &photo.luma, samples, &control)?;
         let bytes = photo.luma.values().iter().map(|value| (255.0 * value + 0.5) as u8).collect();
-        let (means, areas) = (found.means, found.areas);
         let diffused = diffuse(&*triangulation.graph, &means, Some(&areas), &Diffusion::of_tone(&options), &control)?;
         Ok(Self {
             photo,
@@ -124,6 +125,7 @@ impl Prepared {
             points,
             emphasized,
             means,
+            plain,
             diffused,
             areas,
             values,
@@ -157,7 +159,11 @@ impl Prepared {
         let (first_phase, second_phase) = (Diffusion::of_importance(options), Diffusion::of_tone(options));
         let refinement = Refinement::of(options, Some(luma.mean()));
         let shaping = Shaping::of(options);
-        let nodes = move || Nodes { labels, areas, tones: Some(&self.means) };
+        let (places, mark_areas) = match &outcome.labels.marks {
+            Some(marks) => (&marks.places, &marks.areas),
+            None => (sites, areas),
+        };
+        let nodes = move || Nodes { labels, places, areas: mark_areas, tones: Some(&self.means) };
         vec![
             Stage::new("saliency", Parallel, move || fine_grained(&self.bytes, width, height)),
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),
@@ -179,8 +185,12 @@ impl Prepared {
                 "refinement",
                 Parallel,
                 || self.diffused.clone(),
-                move |mut labels| refine(graph, &self.means, areas, &mut labels, &refinement, control),
+                move |mut labels| refine(graph, &self.means, areas, None, &mut labels, &refinement, control),
             ),
+            Stage::new("stippling", Mixed, move || {
+                let grounds = grounds(graph, &self.plain, options.stippling)?;
+                stipple(&self.triangulation, &grounds, &self.plain, areas, &self.diffused, (width, height), control)
+            }),
             Stage::new("components_and_outlines", Mixed, move || {
                 let components = components(graph, labels);
                 assemble(outline(&self.triangulation, nodes(), &components, (width, height), shaping, control)?.parts)

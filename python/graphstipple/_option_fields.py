@@ -108,6 +108,10 @@ class OptionFields:
         By how much less important black and white are than middle grey. 0 to 1.
     relax : int
         Lloyd steps that even out the kept nodes. 0 to 100 steps.
+    stippling : float
+        How much is stippled where the photo is smooth. There single dots of changing size carry the tone on bare paper or
+        solid ink, and no shapes: 0 stipples nothing, 1 everything, in between smooth parts, the more the rougher they may
+        be. 0 to 1.
     shading : float
         Error passed on in middle tones: more makes dots, less makes shapes. The alpha that is called tonal: none at black
         and white. 0 to 1.
@@ -172,9 +176,10 @@ class OptionFields:
     fineness: float = 1.0
     nodes_per_pixel: float | None = None
     detail: float = 0.95
-    floor: float = 0.07
+    floor: float = 0.15
     midtones: float = 0.8
     relax: int = 1
+    stippling: float = 0.5
     shading: float = 0.15
     crispness: float = 1.9
     cohesion: float = 0.2

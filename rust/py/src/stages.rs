@@ -312,7 +312,12 @@ pub(crate) fn outline<'py>(
         let triangulation = core::triangulate(sites, size.0, size.1, control)?;
         let components = core::components(&triangulation.graph, &labels);
         let shaping = Shaping::of(&options);
-        let nodes = Nodes { labels: &labels, places: places.as_deref().unwrap_or(&triangulation.graph.sites), areas: &areas, tones: tones.as_deref() };
+        let nodes = Nodes {
+            labels: &labels,
+            places: places.as_deref().unwrap_or(&triangulation.graph.sites),
+            areas: &areas,
+            tones: tones.as_deref(),
+        };
         let outlines = core::outline(&triangulation, nodes, &components, size, shaping, control)?;
         core::assemble(outlines.parts)
     })?;

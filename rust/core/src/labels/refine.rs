@@ -106,13 +106,7 @@ fn structured_areas<'a>(areas: &'a [f64], grounds: Option<&[u8]>) -> Cow<'a, [f6
 }
 
 /// [`refine`] of valid input in blocks of `size` nodes.
-fn refine_in_blocks(
-    parts: Parts,
-    labels: &mut [u8],
-    parameters: &Refinement,
-    size: usize,
-    control: &Control,
-) -> Result<f64> {
+fn refine_in_blocks(parts: Parts, labels: &mut [u8], parameters: &Refinement, size: usize, control: &Control) -> Result<f64> {
     if parameters.sweeps == 0 {
         return Ok(0.0);
     }
@@ -131,7 +125,8 @@ fn refine_in_blocks(
     let mut nodes: Vec<Node> = (0..labels.len()).into_par_iter().map(|i| Node::new(graph, tones, labels, parameters, i)).collect();
     for sweep in 0..parameters.sweeps {
         control.report(sweep as f32 / parameters.sweeps as f32)?;
-        let asking = Sweep { graph, grounds, cohesion: parameters.cohesion, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
+        let asking =
+            Sweep { graph, grounds, cohesion: parameters.cohesion, shift, unevenness: UNEVENNESS * shift.abs() + LEAST_UNEVENNESS };
         let changed: usize = (0..2).map(|parity| asking.ask_blocks(parity, size, labels, &mut nodes)).sum();
         let over = parameters.mean.filter(|_| total > 0.0).map_or(0.0, |(mean, tolerance)| {
             let off = white_area(labels) / total - mean;
@@ -278,7 +273,8 @@ mod tests {
         let control = Control::new();
         let mut labels = diffuse(graph, tones, None, &Diffusion::of_tone(&Options::default()), &control).unwrap();
         let areas = vec![1.0; tones.len()];
-        let shift = refine_in_blocks(Parts { graph, tones, areas: &areas, grounds: None }, &mut labels, parameters, size, &control).unwrap();
+        let shift = refine_in_blocks(Parts { graph, tones, areas: &areas, grounds: None }, &mut labels, parameters, size, &control)
+            .unwrap();
         (labels, shift)
     }
 
@@ -353,7 +349,7 @@ mod tests {
         let graph = lattice(3, 3);
         let n = graph.sites.len();
         let error = |tones: &[f32], areas: &[f64], labels: &mut [u8]| {
-            refine(&graph, tones, areas, labels, &PLAIN, &Control::new()).unwrap_err().to_string()
+            refine(&graph, tones, areas, None, labels, &PLAIN, &Control::new()).unwrap_err().to_string()
         };
         let (tones, areas) = (vec![0.5; n], vec![1.0; n]);
         assert!(error(&tones[1..], &areas, &mut vec![0; n]).contains("values"));

@@ -100,7 +100,8 @@ pub fn stipple(
     check_finite("tone", tones)?;
     check_areas("cell area", areas)?;
     check_labels(labels)?;
-    let labels: Vec<u8> = labels.iter().zip(grounds).map(|(label, ground)| if *ground == STRUCTURED { *label } else { *ground }).collect();
+    let labels: Vec<u8> =
+        labels.iter().zip(grounds).map(|(label, ground)| if *ground == STRUCTURED { *label } else { *ground }).collect();
     let lack_of = |(ground, tone): (&u8, &f32)| match ground {
         0 => f64::from(*tone).clamp(0.0, 1.0),
         1 => (1.0 - f64::from(*tone)).clamp(0.0, 1.0),
@@ -172,7 +173,8 @@ impl Parts<'_> {
 
     /// How far from others a dot at this node would like to be.
     fn distance_wanted(&self, node: usize) -> f64 {
-        let (sum, count) = self.on_ground(node).fold((self.lacks[node], 1.0), |(sum, count), other| (sum + self.lacks[other], count + 1.0));
+        let (sum, count) =
+            self.on_ground(node).fold((self.lacks[node], 1.0), |(sum, count), other| (sum + self.lacks[other], count + 1.0));
         let lack = (sum / count).max(LEAST_LACK);
         let area = SMALLEST + (LARGEST - SMALLEST) * (2.0 * lack).min(1.0);
         (PACKING * self.cell_around(node) * area / lack).sqrt()
@@ -245,9 +247,7 @@ impl Dots {
         let owned = (0..count as u32).filter(|node| owners[*node as usize] != NONE).collect();
         let is_beside = |node: &u32| {
             let node = *node as usize;
-            at[node] == NONE
-                && parts.row(node).iter().any(|other| at[*other as usize] != NONE)
-                && parts.is_within_ground(node)
+            at[node] == NONE && parts.row(node).iter().any(|other| at[*other as usize] != NONE) && parts.is_within_ground(node)
         };
         let beside = (0..count as u32).filter(is_beside).collect();
         Self { nodes, at, owners, owned, beside }

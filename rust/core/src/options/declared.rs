@@ -41,7 +41,7 @@ declare! {
         /// Share of the photo's own detail in the importance. The rest is saliency, or 1 with a map of one's own.
         detail: f64 = 0.95, Within(0.0, 1.0), "", Nodes, Everyday, [Importance];
         /// The least importance: no part of the photo is left without nodes. It comes before midtones.
-        floor: f64 = 0.07, Within(0.0, 1.0), "", Nodes, Further, [Importance];
+        floor: f64 = 0.15, Within(0.0, 1.0), "", Nodes, Further, [Importance];
         /// By how much less important black and white are than middle grey.
         midtones: f64 = 0.8, Within(0.0, 1.0), "", Nodes, Further, [Importance];
         /// Lloyd steps that even out the kept nodes.

@@ -4,7 +4,7 @@
 
 use crate::base::{Error, Result};
 
-use super::{Alpha, Inks, Options, Order, Published};
+use super::{Inks, Options};
 
 /// A named set of options.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,22 +28,13 @@ pub fn presets() -> Vec<Preset> {
         of("paper", "the published method as it is, without what we add to it", Options::paper()),
         of(
             "stipple",
-            "fine: dots for every tone, hardly a solid area, a little lighter than the photo",
-            Options {
-                refine: 0,
-                floor: 0.3,
-                sharpen: 1.0,
-                local_contrast: 0.5,
-                relax: 3,
-                gamma: 1.5,
-                published: Published { alpha: Alpha::Constant(1.0), order: Order::Global, ..Published::ours() },
-                ..defaults()
-            },
+            "evenly spaced dots for every tone, white on black in the dark; shapes at strong edges alone",
+            Options { stippling: 0.8, floor: 0.4, midtones: 0.5, ..defaults() },
         ),
         of(
             "portrait",
-            "soft shading: more dots in middle tones, gentle emphasis",
-            Options { shading: 0.5, crispness: 1.2, floor: 0.2, midtones: 0.9, sharpen: 1.5, local_contrast: 0.8, ..defaults() },
+            "soft shading: dots for skin of any tone, shapes for features, gentle emphasis",
+            Options { stippling: 0.65, crispness: 1.2, floor: 0.25, sharpen: 1.5, local_contrast: 1.0, ..defaults() },
         ),
         of(
             "linocut",

@@ -16,8 +16,9 @@ pub(crate) const FINE: f64 = 0.5;
 /// Sigma of the coarse scale, as a share of the nodes' spacing.
 const COARSE: f64 = 1.5;
 
-/// What a blurred flat field differs from itself at most.
-const ROUNDING: f32 = 1e-5;
+/// What a tone may differ from its blurred self without showing anything: a level of 8 bits. A step of one level differs by half of it,
+/// and the rest is for blocks of JPEG.
+const LEVEL: f32 = 1.0 / 255.0;
 
 /// The tone plus `sharpen` of the options times what is finer than the nodes' `spacing` (in pixels) and `local_contrast` times what is
 /// finer than three of them, clipped to [0, 1]. 0 and 0 change nothing.
@@ -34,7 +35,7 @@ pub(crate) fn emphasize_and_off(tone: &Field, spacing: f64, options: &Options) -
     (Field::of_valid(tone.width(), tone.height(), emphasized), Field::of_valid(tone.width(), tone.height(), off))
 }
 
-/// How far the tone is from itself blurred at the fine scale; rounding counts as nothing.
+/// How far the tone is from itself blurred at the fine scale, less a level of 8 bits: steps of rounding are no detail.
 pub(crate) fn off_blurred(tone: &Field, spacing: f64) -> Field {
     let nothing = Options { sharpen: 0.0, local_contrast: 0.0, ..Options::default() };
     emphasize_and_off(tone, spacing, &nothing).1
@@ -64,7 +65,7 @@ fn emphasize_rows(tone: &Field, spacing: f64, options: &Options, emphasized: &mu
                 if let Some(off) = off.next() {
                     for ((off, t), b) in off.iter_mut().zip(tone).zip(blurred) {
                         let apart = (t - b).abs();
-                        *off = if apart < ROUNDING { 0.0 } else { apart.min(1.0) };
+                        *off = (apart - LEVEL).clamp(0.0, 1.0);
                     }
                 }
                 if sharpen > 0.0 {

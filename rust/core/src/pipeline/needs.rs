@@ -79,6 +79,7 @@ pub(crate) mod tests {
         |o| o.floor = 0.3,
         |o| o.midtones = 0.1,
         |o| o.relax = 2,
+        |o| o.stippling = 0.7,
         |o| o.shading = 0.6,
         |o| o.crispness = 1.0,
         |o| o.cohesion = 0.5,

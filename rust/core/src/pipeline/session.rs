@@ -212,14 +212,17 @@ mod tests {
             let value = |i: usize| low + (high - low) * (i % 60) as f32 / 59.0;
             Session::new(Field::new(60, 40, (0..2400).map(value).collect()).unwrap(), Importance::Constant(1.0))
         };
-        let told = redrawn(&mut of(0.94, 1.0), &Options::default()).warning.unwrap();
+        let bare = Options { stippling: 0.0, ..Options::default() };
+        let told = redrawn(&mut of(0.94, 1.0), &bare).warning.unwrap();
         assert!(told.starts_with("the whole drawing is white, as the photo's tones lie between 0.94 and 1.00"), "{told}");
-        assert!(redrawn(&mut of(0.0, 0.05), &Options::default()).warning.unwrap().contains("is black"));
-        let auto = Options { white_point: Some(Point::Auto), black_point: Some(Point::Auto), ..Options::default() };
+        assert!(redrawn(&mut of(0.0, 0.05), &bare).warning.unwrap().contains("is black"));
+        let auto = Options { white_point: Some(Point::Auto), black_point: Some(Point::Auto), ..bare.clone() };
         let stretched = redrawn(&mut of(0.94, 1.0), &auto);
         assert!(stretched.warning.is_none() && stretched.stats.regions > 1);
-        assert!(redrawn(&mut of(0.99, 0.99), &Options::default()).warning.is_none());
-        assert!(redrawn(&mut of(0.0, 1.0), &Options::default()).warning.is_none());
+        assert!(redrawn(&mut of(0.99, 0.99), &bare).warning.is_none());
+        assert!(redrawn(&mut of(0.0, 1.0), &bare).warning.is_none());
+        // Dots show it by default.
+        assert!(redrawn(&mut of(0.94, 1.0), &Options::default()).stats.stipples > 10);
     }
 
     #[test]
