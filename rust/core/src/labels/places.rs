@@ -125,3 +125,60 @@ fn to_segment(p: Point, a: Point, b: Point) -> f64 {
     let point = |[x, y]: Point| kurbo::Point::new(x, y);
     distance_to_segment(point(p), point(a), point(b))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{Control, noise};
+    use crate::graph::triangulate;
+
+    #[test]
+    fn no_triangle_is_turned_over_however_nodes_are_pushed() {
+        let random = |k: u64| 0.5 + 0.499 * f64::from(noise(k));
+        let frame = Frame { width: 40.0, height: 30.0 };
+        let sites = (0..300).map(|k| [random(2 * k) * frame.width, random(2 * k + 1) * frame.height]).collect();
+        let triangulation = triangulate(sites, 40, 30, &Control::new()).unwrap();
+        let areas = vec![1.0; 300];
+        let mut places = Places::new(&triangulation, &areas, frame);
+        let before = places.places.clone();
+        for k in 0..3000 {
+            let node = k as usize % 300;
+            let to = [60.0 * random(9000 + 2 * k) - 10.0, 50.0 * random(9001 + 2 * k) - 10.0];
+            // Half of them only so far that it does not come near a neighbour.
+            let from = places.places[node];
+            let near = [from[0] + 0.05 * (to[0] - from[0]), from[1] + 0.05 * (to[1] - from[1])];
+            places.move_towards(node, if k % 2 == 0 { to } else { near }, |_, _| true);
+        }
+        let moved = places.places.iter().zip(&before).filter(|(place, site)| place != site).count();
+        assert!(moved > 150, "{moved}");
+        let (mut thin, mut all) = (0, 0);
+        for node in 0..300 {
+            let [x, y] = places.places[node];
+            assert!(x > 0.0 && x < frame.width && y > 0.0 && y < frame.height);
+            for [a, b] in places.rim(node) {
+                let [area, of_sites] = [&places.places, &before].map(|at| turn(at[node], at[a], at[b]));
+                // A triangle that began thin is only left as it is.
+                assert!(area > 0.0);
+                all += 1;
+                thin += usize::from(area < 0.99 * LEAST_TRIANGLE && of_sites >= LEAST_TRIANGLE);
+            }
+        }
+        assert!(thin == 0 && all > 1500, "{thin} of {all}");
+    }
+
+    #[test]
+    fn a_side_moves_out_as_far_as_is_missing() {
+        let sites = vec![[10.0, 10.0], [14.0, 10.0], [10.0, 14.0], [6.0, 10.0], [10.0, 6.0]];
+        let triangulation = triangulate(sites, 20, 20, &Control::new()).unwrap();
+        let areas = vec![1.0; 5];
+        let places = Places::new(&triangulation, &areas, Frame { width: 20.0, height: 20.0 });
+        let room = places.room(0, [10.0, 10.0]);
+        assert!((room - 8f64.sqrt()).abs() < 1e-12);
+        let side = places.rim(0).next().unwrap();
+        assert!(places.way_out(0, side, room - 0.1).is_none());
+        let [x, y] = places.way_out(0, side, room + 0.5).unwrap();
+        assert!(((x * x + y * y).sqrt() - 0.5).abs() < 1e-9);
+        let middle = [0, 1].map(|axis| (places.places[side[0]][axis] + places.places[side[1]][axis]) / 2.0 - 10.0);
+        assert!(middle[0] * x + middle[1] * y > 0.0);
+    }
+}

@@ -440,3 +440,96 @@ fn nearest_by_hops(parts: &Parts, nodes: &[u32], at: &[u32]) -> Vec<u32> {
     }
     owners
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::noise;
+    use crate::graph::{cells, triangulate};
+    use crate::labels::grounds;
+    use crate::sites::relax;
+
+    const SIZE: (usize, usize) = (60, 50);
+
+    /// Some nodes on a canvas, with their tones and cell areas.
+    fn canvas(count: usize, tone: impl Fn([f64; 2]) -> f64) -> (Triangulation, Vec<f32>, Vec<f64>) {
+        let (width, height) = SIZE;
+        let random = |k: usize| 0.5 + 0.499 * f64::from(noise(k as u64));
+        let scattered = (0..count).map(|k| [random(2 * k) * width as f64, random(2 * k + 1) * height as f64]).collect();
+        let mut sites = relax(scattered, width, height, 3, 2, &Control::new()).unwrap();
+        sites.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        let areas = cells(&sites, width, height, 2, None, &Control::new()).unwrap().areas;
+        let tones = sites.iter().map(|site| tone(*site) as f32).collect();
+        (triangulate(sites, width, height, &Control::new()).unwrap(), tones, areas)
+    }
+
+    fn stippled(triangulation: &Triangulation, grounds: &[u8], tones: &[f32], areas: &[f64]) -> Stippled {
+        let labels = vec![0; tones.len()];
+        stipple(triangulation, grounds, tones, areas, &labels, SIZE, &Control::new()).unwrap()
+    }
+
+    #[test]
+    fn dots_stand_apart_and_carry_what_the_ground_lacks() {
+        for tone in [0.0, 0.04, 0.2, 0.45, 0.5, 0.7, 0.97, 1.0] {
+            let (triangulation, tones, areas) = canvas(900, |_| tone);
+            let grounds = grounds(&triangulation.graph, &tones, 0.5).unwrap();
+            let Stippled { labels, marks } = stippled(&triangulation, &grounds, &tones, &areas);
+            let is_dot = |node: usize| labels[node] != grounds[node];
+            let (mut ink, mut canvas) = (0.0, 0.0);
+            for node in 0..tones.len() {
+                canvas += areas[node];
+                if is_dot(node) {
+                    ink += marks.areas[node];
+                    assert!(triangulation.graph.row(node).iter().all(|other| !is_dot(*other as usize)));
+                }
+            }
+            assert!((ink / canvas - tone.min(1.0 - tone)).abs() < 2e-3, "{tone}: {}", ink / canvas);
+        }
+    }
+
+    #[test]
+    fn structured_nodes_stay_and_so_do_those_of_pure_tones() {
+        let (triangulation, tones, areas) = canvas(900, |[x, _]| if x < 30.0 { 1.0 } else { 0.7 });
+        let sites = &triangulation.graph.sites;
+        let grounds: Vec<u8> = sites.iter().map(|[_, y]| if *y < 25.0 { STRUCTURED } else { 1 }).collect();
+        let Stippled { labels, marks } = stippled(&triangulation, &grounds, &tones, &areas);
+        for (node, site) in sites.iter().enumerate() {
+            if grounds[node] == STRUCTURED {
+                assert!(labels[node] == 0 && marks.places[node] == *site && marks.areas[node] == areas[node]);
+            } else if site[0] < 30.0 {
+                assert_eq!(labels[node], 1);
+            }
+        }
+        assert!(labels.iter().zip(&grounds).filter(|(label, ground)| **ground == 1 && **label == 0).count() > 30);
+    }
+
+    #[test]
+    fn threads_do_not_matter() {
+        let (triangulation, tones, areas) = canvas(9000, |[x, y]| 0.5 + 0.45 * (0.2 * x).sin() * (0.1 * y).cos());
+        let grounds = grounds(&triangulation.graph, &tones, 1.0).unwrap();
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| stippled(&triangulation, &grounds, &tones, &areas))
+        };
+        assert!(with(1) == with(3));
+    }
+
+    #[test]
+    fn bad_input_is_refused() {
+        let (triangulation, tones, areas) = canvas(30, |_| 0.5);
+        let count = tones.len();
+        let refused = |grounds: &[u8], tones: &[f32], areas: &[f64], labels: &[u8]| {
+            stipple(&triangulation, grounds, tones, areas, labels, SIZE, &Control::new()).unwrap_err().to_string()
+        };
+        let (ones, zeros) = (vec![1; count], vec![0; count]);
+        assert!(refused(&ones[1..], &tones, &areas, &zeros).contains("29 grounds for 30 nodes"));
+        assert!(refused(&vec![3; count], &tones, &areas, &zeros).contains("the ground of node 0 is 3"));
+        assert!(refused(&ones, &vec![f32::NAN; count], &areas, &zeros).contains("must be finite"));
+        assert!(refused(&ones, &tones, &vec![-1.0; count], &zeros).contains("at least 0"));
+        assert!(refused(&ones, &tones, &areas, &vec![2; count]).contains("must be 0 (black) or 1 (white)"));
+        let cancelled = Control::new();
+        cancelled.cancel();
+        let result = stipple(&triangulation, &ones, &tones, &areas, &zeros, SIZE, &cancelled);
+        assert!(matches!(result, Err(Error::Cancelled)));
+    }
+}
