@@ -460,7 +460,8 @@ def importance(
 ) -> Floats:
     """The mix of a floor, the map and local detail, less in black and white."""
     tone, map_, emphasized = (np.asarray(a, np.float64) for a in (tone, map_, emphasized))
-    detail = blurred(np.abs(tone - blurred(tone, 0.5 * spacing)), 0.5 * spacing)
+    off = np.maximum(np.abs(tone - blurred(tone, 0.5 * spacing)) - 1 / 255, 0.0)
+    detail = blurred(off, 0.5 * spacing)
     strong = np.sort(detail.ravel())[int(0.99 * (detail.size - 1))]
     detail = np.minimum(detail / strong, 1.0)
     guess, factor = (map_, 1.0) if is_saliency else (1.0, map_)

@@ -249,12 +249,20 @@ def test_the_stages_make_the_same_drawing(small: np.ndarray) -> None:
     cells = gs.stages.cells(sites, width, height, gs.stages.emphasize(tone, made_with), samples)
     tones = cells.means
     np.testing.assert_array_equal(tones, drawing.graph.tone)
-    labels = gs.stages.diffuse(sites, drawing.graph.edges, tones, areas=cells.areas)
-    labels, _ = gs.stages.refine(drawing.graph.edges, tones, labels, areas=cells.areas, mean=tone.mean(dtype=np.float64))
-    labels = gs.stages.split(drawing.graph.edges, tones, labels)
+    edges, plain = drawing.graph.edges, gs.stages.cells(sites, width, height, tone, samples).means
+    grounds = gs.stages.grounds(sites, edges, plain)
+    smooth = grounds < 2
+    assert 0.1 < smooth.mean() < 0.9
+    shapes = np.where(smooth, grounds, tones).astype(np.float32)
+    labels = gs.stages.diffuse(sites, edges, shapes, areas=cells.areas)
+    labels[smooth] = grounds[smooth]
+    mean = np.average(plain[~smooth], weights=cells.areas[~smooth])
+    labels, _ = gs.stages.refine(edges, shapes, labels, areas=cells.areas, grounds=grounds, mean=mean)
+    labels = gs.stages.clean(edges, plain, gs.stages.split(edges, shapes, labels))
+    labels, places, areas = gs.stages.stipple(sites, grounds, plain, labels, width, height, areas=cells.areas)
     np.testing.assert_array_equal(labels, drawing.graph.labels)
     np.testing.assert_array_equal(gs.stages.components(drawing.graph.edges, labels), drawing.graph.components)
-    outline = gs.stages.outline(sites, labels, width, height, areas=cells.areas, tones=tones)
+    outline = gs.stages.outline(sites, labels, width, height, areas=areas, tones=tones, places=places)
     np.testing.assert_array_equal(outline.stipples, drawing.stipples)
     assert [region.area for region in outline.regions] == [region.area for region in drawing.regions]
 

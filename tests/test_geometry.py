@@ -34,7 +34,7 @@ KEPT_AREA = 0.02
 FLATTENING = 0.05
 """How far, in pixels, the polygons of `regions` may lie from the curves."""
 
-MOVED = 0.4
+MOVED = 0.6
 """How far, in pixels, a stipple may be from where it is at another tolerance: one at the frame has moved in, more or less."""
 
 
@@ -154,7 +154,7 @@ def test_a_tolerance_saves_most_points_and_hardly_shows(
     assert stats["vertices"] == exact.stats["vertices"]
     # A dot is one point either way.
     assert stats["anchors"] - stats["stipples"] <= points * (stats["vertices"] - stats["stipples"])
-    assert stats["coordinates"] <= pairs * stats["vertices"]
+    assert stats["coordinates"] - stats["stipples"] <= pairs * (stats["vertices"] - stats["stipples"])
     assert np.abs(drawing.rasterize().astype(float) - exact.rasterize()).mean() < difference
 
 

@@ -308,12 +308,13 @@ def soft_spot(low: float, high: float) -> np.ndarray:
 def test_a_blank_drawing_is_told_and_points_show_its_subject(low: float, high: float, colour: str) -> None:
     faint = soft_spot(low, high)
     with pytest.warns(gs.GraphStippleWarning, match=f"the whole drawing is {colour}, as the photo's tones lie between {low:.2f}"):
-        gs.draw(faint)
+        gs.draw(faint, options=gs.Options(stippling=0))
     session = gs.Session(faint)
     with pytest.warns(gs.GraphStippleWarning, match="white point and black point to auto"):
-        session.draw()
+        session.draw(gs.Options(stippling=0))
     # Nothing is said where there is something to see, or nothing in the photo: warnings are errors here.
-    options = gs.Options(white_point="auto", black_point="auto")
+    assert gs.draw(faint).stats["stipples"] > 10
+    options = gs.Options(white_point="auto", black_point="auto", stippling=0)
     for drawing in (gs.draw(faint, options=options), session.draw(options)):
         middle, corner = drawing.rasterize()[24:40, 36:60], drawing.rasterize()[:16, :24]
         assert middle.mean() < 40

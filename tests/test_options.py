@@ -308,6 +308,7 @@ BY_NAME = {
     ("detail", "rust/cli/src/arguments.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
     ("density", "python/graphstipple/_core.pyi"): "an argument of a stage",
+    ("stippling", "rust/py/src/stages.rs"): "the only option that a stage asks for",
     **{
         (stage, file): "a stage of this name"
         for stage in ("relax", "refine", "split", "lattice")

@@ -109,9 +109,9 @@ class OptionFields:
     relax : int
         Lloyd steps that even out the kept nodes. 0 to 100 steps.
     stippling : float
-        How much is stippled where the photo is smooth. There single dots of changing size carry the tone on bare paper or
-        solid ink, and no shapes: 0 stipples nothing, 1 everything, in between smooth parts, the more the rougher they may
-        be. 0 to 1.
+        How much of the photo is dots. Where it is smooth, single dots of changing size carry the tone on bare paper or
+        solid ink, evenly spaced, and no shapes; 0 stipples nothing, 1 everything, and in between parts count as smooth that
+        are rougher and rougher. 0 to 1.
     shading : float
         Error passed on in middle tones: more makes dots, less makes shapes. The alpha that is called tonal: none at black
         and white. 0 to 1.

@@ -13,6 +13,7 @@ the node budget among them, as in the defaults:
 
 - detail in the importance: `detail`, `floor`, `midtones`;
 - emphasis: `sharpen`, `local_contrast`;
+- smooth parts stippled: `stippling`;
 - tonal alpha: `published.alpha`;
 - nodes labelled row by row: `published.importance_order` where they are chosen, `published.order` where they become black or white;
 - error weighted by area: `published.error_weighting`;
@@ -80,6 +81,7 @@ _PUBLISHED = gs.Options().published
 _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-detail-importance", "no detail in the importance", {"detail": 0, "floor": 0, "midtones": 0}),
     ("no-emphasis", "no emphasis", {"sharpen": 0, "local_contrast": 0}),
+    ("no-stippling", "smooth parts not stippled", {"stippling": 0}),
     ("no-tonal-alpha", "dynamic alpha", {"published": _PUBLISHED.replace(alpha="dynamic")}),
     ("global-importance-order", "nodes chosen by priority", {"published": _PUBLISHED.replace(importance_order="global")}),
     ("global-order", "nodes labelled by priority", {"published": _PUBLISHED.replace(order="global")}),

@@ -47,8 +47,8 @@ declare! {
         /// Lloyd steps that even out the kept nodes.
         relax: u32 = 1, Whole(0, 100), "steps", Nodes, Further, [SecondGraph];
 
-        /// How much is stippled where the photo is smooth. There single dots of changing size carry the tone on bare paper or solid ink, and
-        /// no shapes: 0 stipples nothing, 1 everything, in between smooth parts, the more the rougher they may be.
+        /// How much of the photo is dots. Where it is smooth, single dots of changing size carry the tone on bare paper or solid ink,
+        /// evenly spaced, and no shapes; 0 stipples nothing, 1 everything, and in between parts count as smooth that are rougher and rougher.
         stippling: f64 = 0.5, Within(0.0, 1.0), "", Shapes, Everyday, [Labels];
         /// Error passed on in middle tones: more makes dots, less makes shapes. The alpha that is called tonal: none at black and white.
         shading: f64 = 0.15, Within(0.0, 1.0), "", Shapes, Everyday, [FirstGraph, Labels];
