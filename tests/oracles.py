@@ -7,7 +7,9 @@ x, y in pixels; rasters are row-major; the pixel in column c and row r covers [c
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -323,14 +325,19 @@ def delaunay_edges(sites: ArrayLike, width: float, height: float) -> Integers:
     Inside the canvas no image is nearer than its original, so these are the pairs whose cells share an edge inside the canvas.
     """
     sites = np.asarray(sites, dtype=np.float64)
+    triangles = scipy.spatial.Delaunay(with_images(sites, width, height)).simplices
+    edges = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    return np.unique(sorted_edges(edges[(edges < len(sites)).all(axis=1)]), axis=0)
+
+
+def with_images(sites: Floats, width: float, height: float) -> Floats:
+    """Return the sites and, behind them, their mirror images across the left, right, top and bottom side."""
     images = [sites]
     for axis, limit in ((0, 0.0), (0, width), (1, 0.0), (1, height)):
         image = sites.copy()
         image[:, axis] = 2 * limit - image[:, axis]
         images.append(image)
-    triangles = scipy.spatial.Delaunay(np.concatenate(images)).simplices
-    edges = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
-    return np.unique(sorted_edges(edges[(edges < len(sites)).all(axis=1)]), axis=0)
+    return np.concatenate(images)
 
 
 def shared_edge(sites: Floats, pair: tuple[int, int], width: float, height: float) -> float:
@@ -370,10 +377,18 @@ def components(edges: ArrayLike, labels: ArrayLike) -> Integers:
 
 
 def refine(
-    edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, areas: ArrayLike, parameters: dict[str, Any]
+    edges: ArrayLike,
+    tones: ArrayLike,
+    labels: ArrayLike,
+    areas: ArrayLike,
+    parameters: dict[str, Any],
+    *,
+    grounds: ArrayLike | None = None,
 ) -> tuple[Integers, float]:
-    """Ask every node again whether it is white, in the order of their numbers: one block."""
-    labels, areas = np.array(labels, np.int64), np.asarray(areas, np.float64)
+    """Ask every node again whether it is white, in the order of their numbers: one block. Those with a ground are not asked."""
+    labels, areas = np.array(labels, np.int64), np.array(areas, np.float64)
+    is_asked = np.ones(len(labels), bool) if grounds is None else np.asarray(grounds) == STRUCTURED
+    areas[~is_asked] = 0.0
     tones = np.asarray(tones, np.float32).astype(np.float64)
     near: list[list[int]] = [[] for _ in labels]
     for i, j in np.asarray(edges, dtype=np.int64).reshape(-1, 2).tolist():
@@ -384,7 +399,7 @@ def refine(
     for _ in range(parameters["sweeps"]):
         changed = 0
         for node, others in enumerate(near):
-            if others and (labels[others] != labels[node]).all():
+            if not is_asked[node] or (others and (labels[others] != labels[node]).all()):
                 continue
             lack = np.mean(tones[others] - labels[others]) if others else 0.0
             company = np.mean(labels[others] - 0.5) if others else 0.0
@@ -392,7 +407,7 @@ def refine(
             wish += shift + (0.2 * abs(shift) + 0.005) * noise(node)
             changed += int((wish > 0) != (labels[node] == 1))
             labels[node] = wish > 0
-        off = 0.0 if parameters["mean"] is None else areas @ labels / areas.sum() - parameters["mean"]
+        off = 0.0 if parameters["mean"] is None or not areas.any() else areas @ labels / areas.sum() - parameters["mean"]
         over = off - np.clip(off, -parameters["tone_tolerance"], parameters["tone_tolerance"])
         sweeps.append((abs(over), labels.copy(), float(shift)))
         if over == 0 and changed <= len(labels) / 1000:
@@ -438,6 +453,295 @@ def split(edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, most: int) -> I
             labels[list(fused - kept)] = 1 - label
             labels[list(places)] = label
     return labels
+
+
+# Smooth parts and their dots -----------------------------------------------------------------------------------------------------
+
+
+STRUCTURED = 2
+ROUGHNESS, STEP = 0.02, 0.5 / 255
+MAJORITIES, COHESION, COHESION_SWEEPS = 2, 0.1, 4
+PURE = 0.5 / 255
+
+
+def mean_around(neighbours: list[list[int]], values: Floats) -> Floats:
+    """Average over every node and its neighbours."""
+    return np.array([values[[node, *row]].mean() for node, row in enumerate(neighbours)])
+
+
+def off_plane(points: Floats, tones: Floats) -> float:
+    """Return the mean squared distance of tones from their best plane; of those on one line, from their mean."""
+    shape = np.column_stack([np.ones(len(points)), points - points[0]])
+    if np.linalg.matrix_rank(shape, tol=1e-6) < 3:
+        shape = shape[:, :1]
+    plane = np.linalg.lstsq(shape, tones, rcond=None)[0]
+    return float(((tones - shape @ plane) ** 2).mean())
+
+
+def grounds(sites: ArrayLike, edges: ArrayLike, tones: ArrayLike, stippling: float) -> tuple[Integers, float]:
+    """Return the ground of every node, and how near the nearest decision was: by a difference of tones, at any node."""
+    sites, tones = np.asarray(sites, np.float64), np.asarray(tones, np.float32).astype(np.float64)
+    neighbours = adjacency(len(sites), edges)
+    around = mean_around(neighbours, mean_around(neighbours, tones))
+    ground, margin = (around >= 0.5).astype(np.int64), np.abs(around - 0.5).min()
+    for _ in range(COHESION_SWEEPS):
+        company = np.array([ground[row].mean() - 0.5 for row in neighbours])
+        wish = around - 0.5 + COHESION * company
+        ground, margin = (wish >= 0).astype(np.int64), min(margin, np.abs(wish).min())
+    if stippling in {0, 1}:
+        return np.where(stippling == 1, ground, STRUCTURED), margin
+    around_it = [[node, *row] for node, row in enumerate(neighbours)]
+    off = np.array([off_plane(sites[near], tones[near]) for near in around_it])
+    off = np.sqrt(mean_around(neighbours, mean_around(neighbours, off)))
+    limit = STEP + 2 * np.minimum(around, 1 - around) * ROUGHNESS * stippling / (1 - stippling)
+    smooth = off <= limit
+    for _ in range(MAJORITIES):
+        # A node counts half among its neighbours, which breaks ties.
+        smooth = np.array([smooth[row].sum() + smooth[node] / 2 > len(row) / 2 for node, row in enumerate(neighbours)])
+    return np.where(smooth, ground, STRUCTURED), min(margin, np.abs(off - limit).min())
+
+
+def clean(edges: ArrayLike, tones: ArrayLike, labels: ArrayLike) -> Integers:
+    """Turn every component around that lies wholly on the pure tone of the other label."""
+    tones, labels = np.asarray(tones, np.float32), np.array(labels, np.int64)
+    is_speck = np.where(labels == 0, tones >= np.float32(1) - np.float32(PURE), tones <= np.float32(PURE))
+    ids = components(edges, labels)
+    on_pure = np.bincount(ids, ~is_speck) == 0
+    return np.where(on_pure[ids], 1 - labels, labels)
+
+
+SMALLEST, LARGEST = 0.2, 1.0
+LEAST_INK, LEAST_LACK = 0.1, 0.5 / 255
+PACKING = 0.75
+STEPS, MAKING_ROOM, HANDING_ON = 3, 3, 2
+ROOM_TO_SPARE, MOST_SHARING = 1.05, 12
+STAR_FILL = 0.99 / 1.055
+LEAST_TRIANGLE, LEAST_WAY = 0.1, 0.1
+
+
+def left_of_edges(sites: Floats, width: float, height: float) -> dict[tuple[int, int], int | str]:
+    """Find what lies to the left of every edge, in either direction: a third site, or the frame, which "x" or "y" runs along."""
+    count = len(sites)
+    triangulated = scipy.spatial.Delaunay(with_images(sites, width, height))
+    left: dict[tuple[int, int], int | str] = {}
+    for triangle, corners in zip(triangulated.simplices.tolist(), triangulated.points[triangulated.simplices], strict=True):
+        a, b, c = triangle if signed_area(corners) > 0 else triangle[::-1]
+        for first, second, third in ((a, b, c), (b, c, a), (c, a, b)):
+            if first < count and second < count:
+                left[first, second] = third if third < count else "yyxx"[third // count - 1]
+    return left
+
+
+@dataclass
+class Dots:
+    """The chosen ones, and what they carry in the end."""
+
+    nodes: list[int]
+    """In the order of their numbers."""
+    lacking: float
+    """What the grounds lack that are connected to a dot, in px^2."""
+    least: Floats
+    """The ink of every dot below which it is not drawn."""
+    left_over: float
+    """What dots handed on the last time, at most."""
+    labels: Integers
+    places: Floats
+    areas: Floats
+
+
+def stipple(  # noqa: PLR0917
+    sites: ArrayLike, grounds: ArrayLike, tones: ArrayLike, labels: ArrayLike, areas: ArrayLike, width: float, height: float
+) -> Dots:
+    """Choose dots, move them to the middle of their ink, and give them its area. Points are complex numbers."""
+    ground, cells = np.asarray(grounds, np.int64), np.asarray(areas, np.float64)
+    tone = np.asarray(tones, np.float32).astype(np.float64)
+    shown = np.where(ground == STRUCTURED, labels, ground)
+    lacks = np.where(ground == STRUCTURED, 0.0, np.clip(np.where(ground == 1, 1 - tone, tone), 0, 1))
+    left = left_of_edges(np.asarray(sites, np.float64), width, height)
+    near = adjacency(len(cells), [edge for edge in left if edge[0] < edge[1]])
+    alike = [[other for other in row if ground[other] == ground[node]] for node, row in enumerate(near)]
+    within = [ground[node] != STRUCTURED and all(shown[row] == ground[node]) for node, row in enumerate(near)]
+    around = mean_around(near, cells)
+    fixed = np.asarray(sites, np.float64) @ [1, 1j]
+
+    nodes = chosen(fixed, alike, lacks, around, [bool(w) and lack >= LEAST_LACK for w, lack in zip(within, lacks, strict=True)])
+    owners = fewest_hops(alike, nodes)
+    places = Places(left, near, fixed, cells, complex(width, height))
+    beside = [node for node, row in enumerate(near) if within[node] and node not in nodes and set(row) & set(nodes)]
+
+    def dots_near(node: int) -> list[int]:
+        return list(dict.fromkeys([owners[node], *(owners[other] for other in alike[node])]))[:MOST_SHARING]
+
+    for step in range(STEPS + 1):
+        for node in [*sorted(owners), *sorted(owners, reverse=True)]:
+            candidates = [owners[node], *(owners[other] for other in alike[node])]
+            owners[node] = min(candidates, key=lambda dot, site=fixed[node]: abs(site - places.at[dot]))
+        shares = {node: sharing(fixed[node], cells[node], dots_near(node), places.at) for node in sorted(owners)}
+        inks, moments = dict.fromkeys(nodes, 0.0), dict.fromkeys(nodes, 0j)
+        for node, parts in shares.items():
+            for dot, share in parts.items():
+                inks[dot] += share * lacks[node] * cells[node]
+                moments[dot] += share * lacks[node] * cells[node] * fixed[node]
+        if step == STEPS:
+            break
+        for dot in (dot for dot in nodes if inks[dot] > 0):
+            kept = min(math.sqrt(inks[dot] / math.pi), places.room(dot))
+            places.move(dot, moments[dot] / inks[dot], lambda dot=dot, kept=kept: places.room(dot) >= kept)
+        for node in (node for node in beside if node not in places.at_frame):
+            places.move(node, sum(places.at[other] for other in near[node]) / len(near[node]))
+    for dot in nodes * MAKING_ROOM:
+        make_room(dot, ROOM_TO_SPARE * math.sqrt(inks[dot] / math.pi) / STAR_FILL, places, set(beside))
+    most = {dot: math.pi * (STAR_FILL * places.room(dot)) ** 2 for dot in nodes}
+    groups = [list(sharing(fixed[node], cells[node], dots_near(node), places.at)) for node in sorted(owners)]
+    for _ in range(HANDING_ON):
+        left_over = max((inks[dot] - most[dot] for dot in nodes), default=0.0)
+        inks = handed_on(inks, most, groups)
+
+    drawn = [dot for dot in nodes if inks[dot] >= LEAST_INK * around[dot]]
+    found, marks = shown.copy(), cells.copy()
+    found[drawn], marks[drawn] = 1 - ground[drawn], [inks[dot] for dot in drawn]
+    points = np.column_stack([places.at.real, places.at.imag])
+    lacking = math.fsum(lacks[node] * cells[node] for node in owners)
+    return Dots(nodes, lacking, LEAST_INK * around[nodes], left_over, found, points, marks)
+
+
+def chosen(sites: NDArray[np.complex128], alike: list[list[int]], lacks: Floats, around: Floats, possible: list[bool]) -> list[int]:
+    """Choose dots in the order of nodes: none that a dot before reaches, over nodes of its ground that are too near to it."""
+    lack = np.maximum(mean_around(alike, lacks), LEAST_LACK)
+    wanted = np.sqrt(PACKING * around * (SMALLEST + (LARGEST - SMALLEST) * np.minimum(2 * lack, 1)) / lack)
+    nodes: list[int] = []
+    taken: set[int] = set()
+    for node in range(len(lacks)):
+        if not possible[node] or node in taken:
+            continue
+        nodes.append(node)
+        too_near = set(np.flatnonzero(np.abs(sites - sites[node]) < (wanted + wanted[node]) / 2).tolist())
+        reached, frontier = {node}, {node}
+        while frontier:
+            frontier = {other for one in frontier for other in alike[one]} & too_near - reached
+            reached |= frontier
+        taken |= reached | set(alike[node])
+    return nodes
+
+
+def fewest_hops(alike: list[list[int]], nodes: list[int]) -> dict[int, int]:
+    """Return the dot of every node that one reaches, ring by ring; of equally near ones that of the neighbour found first."""
+    owners, ring = {node: node for node in nodes}, nodes
+    while ring:
+        reached = []
+        for node in ring:
+            for other in (other for other in alike[node] if other not in owners):
+                owners[other] = owners[node]
+                reached.append(other)
+        ring = reached
+    return owners
+
+
+def sharing(site: complex, cell: float, dots: list[int], places: NDArray[np.complex128]) -> dict[int, float]:
+    """Return the part of a node that each dot has: of a cell as wide as high, cut by the bisectors to all the others."""
+    parts = dict.fromkeys(dots, 1.0)
+    for dot, other in itertools.permutations(dots, 2):
+        between = places[other] - places[dot]
+        # How far the node lies before the bisector, in pixels.
+        before = (((places[dot] + places[other]) / 2 - site) * between.conjugate() / abs(between)).real
+        parts[dot] *= min(max(0.5 + before / math.sqrt(cell), 0.0), 1.0) if cell > 0 else 0.5
+    total = sum(parts.values())
+    return {dot: part / total for dot, part in parts.items()} if total > 0 else {dots[0]: 1.0}
+
+
+class Places:
+    """Where nodes are drawn."""
+
+    def __init__(
+        self,
+        left: dict[tuple[int, int], int | str],
+        near: list[list[int]],
+        sites: NDArray[np.complex128],
+        cells: Floats,
+        corner: complex,
+    ):
+        self.at, self.sites, self.cells, self.corner = sites.copy(), sites, cells, corner
+        self.at_frame = {end for edge, beside in left.items() if isinstance(beside, str) for end in edge}
+        # The sides of the star of every node; those of its edges that have the frame beside them, and the axis along it.
+        self.rim = [[(a, left[node, a]) for a in row if not isinstance(left[node, a], str)] for node, row in enumerate(near)]
+        self.along = [
+            [(a, axis) for a in row for axis in (left[node, a], left[a, node]) if isinstance(axis, str)]
+            for node, row in enumerate(near)
+        ]
+
+    def room(self, node: int) -> float:
+        """Return how far a node is from the rim of its star and from the frame."""
+        here, there = self.at[node], self.corner - self.at[node]
+        return min([here.real, here.imag, there.real, there.imag, *(self.to_side(node, side) for side in self.rim[node])])
+
+    def to_side(self, node: int, side: tuple[int, int]) -> float:
+        """Return how far a node is from a side, seen with the side along the real axis."""
+        start, end = self.at[list(side)]
+        if start == end:
+            return float(abs(self.at[node] - start))
+        seen = (self.at[node] - start) * (end - start).conjugate() / abs(end - start)
+        return float(abs(seen - min(max(seen.real, 0.0), abs(end - start))))
+
+    def is_sound(self, node: int) -> bool:
+        """Whether a node is inside, its triangles are large enough, and neighbours along the frame are in order."""
+        x, y = self.at[node].real, self.at[node].imag
+        if not (0 < x < self.corner.real and 0 < y < self.corner.imag):
+            return False
+        for a, b in self.rim[node]:
+            one, other = self.at[a] - self.at[node], self.at[b] - self.at[node]
+            if (one.conjugate() * other).imag <= LEAST_TRIANGLE * self.cells[node]:
+                return False
+        for a, axis in self.along[node]:
+            before, now = self.sites[a] - self.sites[node], self.at[a] - self.at[node]
+            ways = (before.real, now.real) if axis == "x" else (before.imag, now.imag)
+            if ways[1] * np.sign(ways[0]) < LEAST_WAY * abs(ways[0]):
+                return False
+        return True
+
+    def move(self, node: int, to: complex, suits: Callable[[], bool] = lambda: True) -> None:
+        """Move a node all the way, half of it, a quarter, or not at all."""
+        start = self.at[node]
+        for part in (1, 0.5, 0.25):
+            self.at[node] = start + part * (to - start)
+            if self.is_sound(node) and suits():
+                return
+        self.at[node] = start
+
+
+def make_room(dot: int, needed: float, places: Places, movable: set[int]) -> None:
+    """Push sides that are too near outwards, side by side, and the dot away from those that stay too near."""
+    if places.room(dot) >= needed:
+        return
+
+    def outwards(side: tuple[int, int]) -> complex:
+        along = places.at[side[1]] - places.at[side[0]]
+        missing = needed - places.to_side(dot, side)
+        return -1j * along / abs(along) * missing if missing > 0 and abs(along) > 0 else 0j
+
+    for side in places.rim[dot]:
+        way = outwards(side)
+        if way == 0:
+            continue
+        for end in (end for end in side if end in movable):
+            places.move(end, places.at[end] + way)
+        if (way := outwards(side)) != 0:
+            before = places.room(dot)
+            places.move(dot, places.at[dot] - way, lambda before=before: places.room(dot) > before)
+
+
+def handed_on(inks: dict[int, float], most: dict[int, float], groups: list[list[int]]) -> dict[int, float]:
+    """Hand the ink that dots have no room for to those that have some, as many parts to each as they share nodes."""
+    over = {dot: max(ink - most[dot], 0.0) for dot, ink in inks.items()}
+    takers: dict[int, list[int]] = {dot: [] for dot in inks if over[dot] > 0}
+    for group in groups:
+        for dot in (dot for dot in group if dot in takers):
+            takers[dot] += [other for other in group if inks[other] < most[other]]
+    # Who has handed on is full, and not nearly.
+    after = {dot: most[dot] if takers.get(dot) else ink for dot, ink in inks.items()}
+    for dot, others in takers.items():
+        for other in others:
+            after[other] += over[dot] / len(others)
+    return after
 
 
 # Saliency and luma ---------------------------------------------------------------------------------------------------------------

@@ -79,3 +79,32 @@ def test_areas():
     assert oracles.signed_area([[0, 0], [2, 0], [2, 3], [0, 3]]) == 6
     assert oracles.dot((5, 5, 2), 10, 10).area == pytest.approx(4 * math.pi, rel=1e-12)
     assert oracles.dot((0, 0, 2), 10, 10).area == pytest.approx(math.pi, rel=1e-4)
+
+
+def test_only_slopes_lie_on_a_plane():
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        points = random.random((7, 2)) * 3
+        slope, bump = points @ random.normal(0, 1, 2) + 0.3, np.zeros(7)
+        bump[random.integers(7)] = 0.1
+        assert oracles.off_plane(points, slope) == pytest.approx(0, abs=1e-20)
+        assert 0 < oracles.off_plane(points, bump) < bump.var()
+        assert oracles.off_plane(points, slope + bump) == pytest.approx(oracles.off_plane(points, bump))
+    line = np.outer(np.arange(4), [1.0, 2.0])
+    assert oracles.off_plane(line, np.arange(4.0)) == pytest.approx(1.25)
+
+
+def test_every_side_of_an_edge_is_a_triangle_or_the_frame():
+    sites = np.random.default_rng(4).random((80, 2)) * [30, 20]
+    left = oracles.left_of_edges(sites, 30, 20)
+    assert {tuple(sorted(edge)) for edge in left} == {tuple(edge) for edge in oracles.delaunay_edges(sites, 30, 20).tolist()}
+    for (a, b), c in left.items():
+        assert (b, a) in left
+        if isinstance(c, int):
+            assert oracles.signed_area(sites[[a, b, c]]) > 0
+            assert left[b, c] == a
+        else:
+            # Both cells touch that side.
+            middle, axis = sites[[a, b]].mean(axis=0), "yx".index(c)
+            assert min(middle[axis], [30, 20][axis] - middle[axis]) < 6
+    assert {c for c in left.values() if not isinstance(c, int)} == {"x", "y"}

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests import oracles
 from tests.support import on_every_photo, options_with, photo, photo_luma
@@ -356,14 +356,17 @@ REFINEMENTS = st.fixed_dictionaries(
 )
 
 
-@given(seed=SEEDS, n=st.integers(3, 400), low=st.floats(0.0, 0.6), parameters=REFINEMENTS)
-def test_refine(seed, n, low, parameters):
+@given(
+    seed=SEEDS, n=st.integers(3, 400), low=st.floats(0.0, 0.6), smooth=st.sampled_from([None, 0, 0.4, 1]), parameters=REFINEMENTS
+)
+def test_refine(seed, n, low, smooth, parameters):
     sites, random = scattered(seed, n, 50, 40, "evenly"), np.random.default_rng(seed)
     edges = oracles.delaunay_edges(sites, 50, 40).astype(np.uint32)
     tones = (low + 0.4 * random.random(len(sites))).astype(np.float32)
     labels, areas = (random.random(len(sites)) < tones).astype(np.uint8), random.random(len(sites))
-    found = stages.refine(edges, tones, labels, areas=areas, **parameters)
-    expected, shift = oracles.refine(edges, tones, labels, areas, parameters)
+    grounds = None if smooth is None else np.where(random.random(len(sites)) < smooth, labels, oracles.STRUCTURED)
+    found = stages.refine(edges, tones, labels, areas=areas, grounds=grounds, **parameters)
+    expected, shift = oracles.refine(edges, tones, labels, areas, parameters, grounds=grounds)
     np.testing.assert_array_equal(found.labels, expected)
     assert found.shift == pytest.approx(shift, abs=1e-9)
 
@@ -384,6 +387,114 @@ def test_split(seed, n, low, most):
     found = stages.split(edges, tones, labels, most)
     np.testing.assert_array_equal(found, oracles.split(edges, tones, labels, most))
     assert found.sum() == labels.sum()
+
+
+# Smooth parts --------------------------------------------------------------------------------------------------------------------
+
+
+def sloped(seed: int, sites: np.ndarray, noise: float) -> np.ndarray:
+    """Tones of a slope, with noise that grows from left to right."""
+    random = np.random.default_rng(seed)
+    across = sites / sites.max(axis=0)
+    slope = random.random() + (across - 0.5) @ random.uniform(-0.7, 0.7, 2)
+    return np.clip(slope + noise * across[:, 0] * random.normal(0, 1, len(sites)), 0, 1).astype(np.float32)
+
+
+@given(seed=SEEDS, n=st.integers(3, 300), noise=st.sampled_from([0.0, 0.02, 0.1, 0.4]), how=HOWS)
+@pytest.mark.parametrize("stippling", [0, 0.05, 0.3, 0.5, 0.9, 1])
+def test_grounds(stippling, seed, n, noise, how):
+    sites = scattered(seed, n, 50, 40, how)
+    edges, tones = oracles.delaunay_edges(sites, 50, 40).astype(np.uint32), sloped(seed, sites, noise)
+    expected, margin = oracles.grounds(sites, edges, tones, stippling)
+    # The Rust stage rounds means to 32 bits.
+    assume(margin > 1e-6)
+    found = stages.grounds(sites, edges, tones, stippling)
+    assert found.dtype == np.uint8
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_grounds_on_both_sides_of_an_edge():
+    sites = scattered(3, 900, 60, 40, "evenly")
+    edges = stages.triangulate(sites, 60, 40)
+    tones = np.where(sites[:, 0] < 30, 0.2, 0.7).astype(np.float32)
+    found, (expected, margin) = stages.grounds(sites, edges, tones, 0.5), oracles.grounds(sites, edges, tones, 0.5)
+    assert margin > 1e-6
+    np.testing.assert_array_equal(found, expected)
+    assert (np.bincount(found, minlength=3) > 90).all()
+
+
+@given(seed=SEEDS, n=st.integers(3, 400), white=st.booleans(), pure=st.floats(0.3, 1.0), share=st.floats(0.0, 0.5))
+def test_clean(seed, n, white, pure, share):
+    sites, random = scattered(seed, n, 50, 40, "evenly"), np.random.default_rng(seed)
+    edges = oracles.delaunay_edges(sites, 50, 40).astype(np.uint32)
+    nearly_black = oracles.PURE * random.choice([0.0, 0.9, 1.1], n, p=[0.6, 0.3, 0.1])
+    tones = np.where(random.random(n) < pure, nearly_black, random.uniform(0.1, 0.9, n))
+    labels = (tones >= 0.5) ^ (random.random(n) < share)
+    tones, labels = (np.abs(int(white) - values).astype(kind) for values, kind in ((tones, np.float32), (labels, np.uint8)))
+    found = stages.clean(edges, tones, labels)
+    assert found.dtype == np.uint8
+    np.testing.assert_array_equal(found, oracles.clean(edges, tones, labels))
+
+
+@pytest.mark.xfail(reason="what is cleaned first holds what is beside it")
+@pytest.mark.parametrize("first", [0, 1])
+def test_clean_where_specks_of_both_labels_meet(first):
+    tones = np.array([first, 1 - first], np.float32)
+    expected = oracles.clean([[0, 1]], tones, 1 - tones)
+    np.testing.assert_array_equal(expected, tones)
+    np.testing.assert_array_equal(stages.clean([[0, 1]], tones, (1 - tones).astype(np.uint8)), expected)
+
+
+def stippling_of(seed: int, n: int, how: str, noise: float, ground: str) -> tuple[np.ndarray, ...]:
+    """Sites, grounds, tones, labels and areas. On islands of a few nodes many dots are too small to draw."""
+    random = np.random.default_rng(seed)
+    sites = scattered(seed, n, 50, 40, how)
+    if how == "evenly":
+        # Centroids of samples often lie on one circle exactly.
+        sites = np.clip(stages.relax(sites, 50, 40) + random.uniform(-1e-2, 1e-2, sites.shape), 1e-3, [50 - 1e-3, 40 - 1e-3])
+    tones = sloped(seed, sites, noise)
+    grounds = stages.grounds(sites, stages.triangulate(sites, 50, 40), tones, 1.0 if ground != "found" else 0.5)
+    if ground == "patch":
+        grounds[np.linalg.norm(sites - sites[0], axis=1) < random.uniform(3, 15)] = oracles.STRUCTURED
+    labels = (random.random(n) < tones).astype(np.uint8)
+    if ground == "islands":
+        tones, labels = 0.1 * tones, 0 * labels
+        grounds = np.where(random.random(n) < 0.6, oracles.STRUCTURED, labels)
+    return sites, grounds, tones, labels, stages.cells(sites, 50, 40).areas
+
+
+@given(
+    seed=SEEDS,
+    n=st.integers(3, 300),
+    how=st.sampled_from(["evenly", "corner"]),
+    noise=st.sampled_from([0.0, 0.02, 0.1]),
+    ground=st.sampled_from(["all", "patch", "found", "islands"]),
+)
+def test_stipple(seed, n, how, noise, ground):
+    sites, grounds, tones, labels, areas = stippling_of(seed, n, how, noise, ground)
+    found = stages.stipple(sites, grounds, tones, labels, 50, 40, areas=areas)
+    expected = oracles.stipple(sites, grounds, tones, labels, areas, 50, 40)
+    np.testing.assert_allclose(found.places, expected.places, rtol=0, atol=1e-6)
+    dots = np.flatnonzero((grounds != oracles.STRUCTURED) & (found.labels != grounds))
+    # All are chosen ones; what they lack of the ink is that of those too small to draw.
+    is_drawn = np.isin(expected.nodes, dots)
+    assert is_drawn.sum() == len(dots)
+    lost = expected.lacking - found.areas[dots].sum()
+    assert -1e-9 <= lost <= expected.least[~is_drawn].sum() + 1e-9
+    # By rounding alone a dot that has handed on may take again.
+    if expected.left_over < 1e-9:
+        np.testing.assert_array_equal(found.labels, expected.labels)
+        np.testing.assert_allclose(found.areas, expected.areas, rtol=0, atol=1e-6)
+
+
+@pytest.mark.xfail(reason="whether a dot is full is compared without tolerance after it has handed on what it has no room for")
+def test_a_dot_that_has_handed_on_is_full_however_sums_are_rounded():
+    sites = np.array([[4.58, 3.32], [1.86, 5.21], [3.48, 3.31], [1.77, 1.74], [3.15, 5.29], [1.14, 2.27]])
+    black, tones, areas = np.zeros(6, np.uint8), np.full(6, 0.3), np.full(6, 6.0)
+    for moved in (0, 1e-13):
+        found = stages.stipple(sites + moved, black, tones, black, 6, 6, areas=areas)
+        expected = oracles.stipple(sites + moved, black, tones, black, areas, 6, 6)
+        np.testing.assert_allclose(found.areas, expected.areas, rtol=0, atol=1e-6)
 
 
 # Bad arguments -------------------------------------------------------------------------------------------------------------------
@@ -435,7 +546,17 @@ def test_bad_arguments_raise_one_clear_sentence(call):
 
 
 @on_every_photo
-@pytest.mark.parametrize("changes", [{"density": 1.0}, {"density": 0.4, "relax": 3}, {"nodes_per_pixel": 0.3, "lattice": "square"}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"density": 1.0, "stippling": 0},
+        {"density": 1.0},
+        {"density": 0.4, "relax": 3},
+        {"nodes_per_pixel": 0.3, "lattice": "square"},
+        {"stippling": 1},
+    ],
+    ids=range(5),
+)
 def test_a_drawing_is_what_the_stages_say(name, changes):
     width, height = 80, 60
     drawing = gs.draw(photo(name, width, height), options=options_with(**changes))
@@ -445,15 +566,27 @@ def test_a_drawing_is_what_the_stages_say(name, changes):
     # Equal tones tie up to rounding, so the diffusion is compared with the Rust stage here and with the oracle above.
     samples = stages.samples_per_pixel(drawing.stats["density"])
     areas = stages.cells(graph.sites, width, height, samples_per_pixel=samples).areas
-    diffused = stages.diffuse(graph.sites, graph.edges, graph.tone, areas=areas)
     tone, saliency = photo_luma(name, width, height), gs.saliency(photo(name, width, height))
-    refined, shift = stages.refine(graph.edges, graph.tone, diffused, areas=areas, mean=tone.mean(dtype=np.float64))
-    assert shift == drawing.stats["tone_shift"]
-    np.testing.assert_array_equal(stages.split(graph.edges, graph.tone, refined), graph.labels)
-    np.testing.assert_array_equal(oracles.split(graph.edges, graph.tone, refined, 4), graph.labels)
-    assert graph.labels.sum() == refined.sum()
-    # The refinement is what brings the mean of the drawing to that of the photo.
-    assert abs(areas @ refined / areas.sum() - tone.mean()) <= 2 * drawing.options.tone_tolerance
+    plain = stages.cells(graph.sites, width, height, tone, samples).means
+    grounds = stages.grounds(graph.sites, graph.edges, plain, drawing.options.stippling)
+    structured = grounds == oracles.STRUCTURED
+    drawn = np.where(structured, graph.tone, grounds).astype(np.float32)
+    diffused = np.where(structured, stages.diffuse(graph.sites, graph.edges, drawn, areas=areas), grounds)
+    mean = tone.mean(dtype=np.float64)
+    if not structured.all():
+        mean = np.average(plain[structured], weights=areas[structured]) if structured.any() else None
+    refined, shift = stages.refine(graph.edges, drawn, diffused, areas=areas, grounds=grounds, mean=mean)
+    assert shift == pytest.approx(drawing.stats["tone_shift"], abs=1e-6)
+    labels = stages.split(graph.edges, drawn, refined)
+    np.testing.assert_array_equal(oracles.split(graph.edges, drawn, refined, 4), labels)
+    assert labels.sum() == refined.sum()
+    if drawing.options.stippling > 0:
+        labels = stages.clean(graph.edges, plain, labels)
+        labels = stages.stipple(graph.sites, grounds, plain, labels, width, height, areas=areas).labels
+    np.testing.assert_array_equal(labels, graph.labels)
+    # The refinement is what brings the mean of structured parts to that of the photo there.
+    if structured.any():
+        assert abs(np.average(refined[structured], weights=areas[structured]) - mean) <= 2 * drawing.options.tone_tolerance
     np.testing.assert_array_equal(drawing.importance, stages.importance(tone, saliency, drawing.options))
     means = stages.cells(graph.sites, width, height, stages.emphasize(tone, drawing.options), samples).means
     np.testing.assert_array_equal(means, graph.tone)
