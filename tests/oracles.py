@@ -470,10 +470,8 @@ def mean_around(neighbours: list[list[int]], values: Floats) -> Floats:
 
 
 def off_plane(points: Floats, tones: Floats) -> float:
-    """Return the mean squared distance of tones from their best plane; of those on one line, from their mean."""
+    """Return the mean squared distance of tones from their best plane; of those on one line, from their best line."""
     shape = np.column_stack([np.ones(len(points)), points - points[0]])
-    if np.linalg.matrix_rank(shape, tol=1e-6) < 3:
-        shape = shape[:, :1]
     plane = np.linalg.lstsq(shape, tones, rcond=None)[0]
     return float(((tones - shape @ plane) ** 2).mean())
 
@@ -485,7 +483,7 @@ def grounds(sites: ArrayLike, edges: ArrayLike, tones: ArrayLike, stippling: flo
     around = mean_around(neighbours, mean_around(neighbours, tones))
     ground, margin = (around >= 0.5).astype(np.int64), np.abs(around - 0.5).min()
     for _ in range(COHESION_SWEEPS):
-        company = np.array([ground[row].mean() - 0.5 for row in neighbours])
+        company = np.array([ground[row].mean() - 0.5 if row else 0.0 for row in neighbours])
         wish = around - 0.5 + COHESION * company
         ground, margin = (wish >= 0).astype(np.int64), min(margin, np.abs(wish).min())
     if stippling in {0, 1}:
@@ -542,8 +540,6 @@ class Dots:
     """What the grounds lack that are connected to a dot, in px^2."""
     least: Floats
     """The ink of every dot below which it is not drawn."""
-    left_over: float
-    """What dots handed on the last time, at most."""
     labels: Integers
     places: Floats
     areas: Floats
@@ -560,7 +556,9 @@ def stipple(  # noqa: PLR0917
     left = left_of_edges(np.asarray(sites, np.float64), width, height)
     near = adjacency(len(cells), [edge for edge in left if edge[0] < edge[1]])
     alike = [[other for other in row if ground[other] == ground[node]] for node, row in enumerate(near)]
-    within = [ground[node] != STRUCTURED and all(shown[row] == ground[node]) for node, row in enumerate(near)]
+    within = [
+        ground[node] != STRUCTURED and len(row) >= 3 and all(shown[row] == ground[node]) for node, row in enumerate(near)
+    ]
     around = mean_around(near, cells)
     fixed = np.asarray(sites, np.float64) @ [1, 1j]
 
@@ -594,15 +592,14 @@ def stipple(  # noqa: PLR0917
     most = {dot: math.pi * (STAR_FILL * places.room(dot)) ** 2 for dot in nodes}
     groups = [list(sharing(fixed[node], cells[node], dots_near(node), places.at)) for node in sorted(owners)]
     for _ in range(HANDING_ON):
-        left_over = max((inks[dot] - most[dot] for dot in nodes), default=0.0)
         inks = handed_on(inks, most, groups)
 
-    drawn = [dot for dot in nodes if inks[dot] >= LEAST_INK * around[dot]]
+    drawn = [dot for dot in nodes if inks[dot] > 0 and inks[dot] >= LEAST_INK * around[dot]]
     found, marks = shown.copy(), cells.copy()
     found[drawn], marks[drawn] = 1 - ground[drawn], [inks[dot] for dot in drawn]
     points = np.column_stack([places.at.real, places.at.imag])
     lacking = math.fsum(lacks[node] * cells[node] for node in owners)
-    return Dots(nodes, lacking, LEAST_INK * around[nodes], left_over, found, points, marks)
+    return Dots(nodes, lacking, LEAST_INK * around[nodes], found, points, marks)
 
 
 def chosen(sites: NDArray[np.complex128], alike: list[list[int]], lacks: Floats, around: Floats, possible: list[bool]) -> list[int]:

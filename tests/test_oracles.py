@@ -91,7 +91,8 @@ def test_only_slopes_lie_on_a_plane():
         assert 0 < oracles.off_plane(points, bump) < bump.var()
         assert oracles.off_plane(points, slope + bump) == pytest.approx(oracles.off_plane(points, bump))
     line = np.outer(np.arange(4), [1.0, 2.0])
-    assert oracles.off_plane(line, np.arange(4.0)) == pytest.approx(1.25)
+    assert oracles.off_plane(line, np.arange(4.0)) == pytest.approx(0, abs=1e-20)
+    assert oracles.off_plane(line, np.array([0.0, 1, 1, 0])) == pytest.approx(0.25)
 
 
 def test_every_side_of_an_edge_is_a_triangle_or_the_frame():

@@ -21,7 +21,7 @@ pub fn clean(graph: &Graph, tones: &[f32], labels: &mut [u8]) -> Result<()> {
     check_finite("tone", tones)?;
     check_labels(labels)?;
     let is_speck = |node: usize, label: u8| if label == 0 { tones[node] >= 1.0 - PURE } else { tones[node] <= PURE };
-    let mut is_seen = vec![false; count];
+    let (mut is_seen, mut gone) = (vec![false; count], Vec::new());
     for first in 0..count {
         let label = labels[first];
         if is_seen[first] || !is_speck(first, label) {
@@ -42,9 +42,10 @@ pub fn clean(graph: &Graph, tones: &[f32], labels: &mut [u8]) -> Result<()> {
             }
         }
         if !is_held {
-            specks.into_iter().for_each(|node| labels[node] = 1 - label);
+            gone.extend(specks);
         }
     }
+    gone.into_iter().for_each(|node| labels[node] = 1 - labels[node]);
     Ok(())
 }
 

@@ -108,7 +108,7 @@ fn grounds_of(graph: &Graph, tones: &[f32]) -> Vec<u8> {
         ground = for_nodes(ground.len(), |node| {
             let row = graph.row(node);
             let white = row.iter().filter(|other| ground[**other as usize] == 1).count();
-            let company = white as f32 / row.len().max(1) as f32 - 0.5;
+            let company = if row.is_empty() { 0.0 } else { white as f32 / row.len() as f32 - 0.5 };
             u8::from(tones[node] - 0.5 + COHESION * company >= 0.0)
         });
     }
@@ -134,8 +134,14 @@ fn off_plane(graph: &Graph, tones: &[f32], node: usize) -> f64 {
     (xx, xy, yy) = (xx - x * x / count, xy - x * y / count, yy - y * y / count);
     (xt, yt, tt) = (xt - x * t / count, yt - y * t / count, tt - t * t / count);
     let spread = xx * yy - xy * xy;
-    // Nodes on one line have no plane.
-    let on_plane = if spread > 1e-9 * xx * yy { (yy * xt * xt - 2.0 * xy * xt * yt + xx * yt * yt) / spread } else { 0.0 };
+    let on_plane = if spread > 1e-9 * xx * yy {
+        (yy * xt * xt - 2.0 * xy * xt * yt + xx * yt * yt) / spread
+    } else if xx + yy > 0.0 {
+        // All on one line.
+        (xt * xt + yt * yt) / (xx + yy)
+    } else {
+        0.0
+    };
     (tt - on_plane).max(0.0) / count
 }
 

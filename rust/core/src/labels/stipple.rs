@@ -127,7 +127,7 @@ pub fn stipple(
     let inks = dots.inks_with_room(&parts, &carried, &places);
     let (mut labels, mut areas) = (labels.clone(), areas.to_vec());
     for (node, ink) in dots.nodes.iter().map(|node| *node as usize).zip(inks) {
-        if ink >= LEAST_INK * parts.cell_around(node) {
+        if ink > 0.0 && ink >= LEAST_INK * parts.cell_around(node) {
             (labels[node], areas[node]) = (1 - grounds[node], ink);
         }
     }
@@ -159,10 +159,12 @@ impl Parts<'_> {
         self.row(node).iter().map(|other| *other as usize).filter(move |other| self.grounds[*other] == self.grounds[node])
     }
 
-    /// Whether a node and all its neighbours have the label of its ground.
+    /// Whether a node and all its neighbours, of which there are some around it, have the label of its ground.
     fn is_within_ground(&self, node: usize) -> bool {
         let ground = self.grounds[node];
-        ground != STRUCTURED && self.row(node).iter().all(|other| self.labels[*other as usize] == ground)
+        ground != STRUCTURED
+            && self.row(node).len() >= 3
+            && self.row(node).iter().all(|other| self.labels[*other as usize] == ground)
     }
 
     /// The mean area of the cells of a node and its neighbours.
@@ -417,7 +419,8 @@ impl Dots {
                 handed[to] += over[from] / f64::from(takers[from]);
             }
             for (dot, ink) in inks.iter_mut().enumerate() {
-                *ink += handed[dot] - if takers[dot] > 0 { over[dot] } else { 0.0 };
+                // To the last bit: a dot that has handed on is full.
+                *ink = handed[dot] + if takers[dot] > 0 { most[dot] } else { *ink };
             }
         }
         inks
