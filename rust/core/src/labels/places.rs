@@ -3,6 +3,11 @@
 //! Outlines need no more of a triangulation than that its triangles are the right way round (see [`crate::outlines`]); that it is
 //! Delaunay they do not ask. So dots may leave their sites, and the nodes around give way, as long as every move keeps all triangles of
 //! the node. Along the frame, nodes keep their order.
+//!
+//! Nodes move one after the other, in bands of consecutive numbers: even bands side by side, then odd ones. So the places do not depend on
+//! threads.
+
+use rayon::prelude::*;
 
 use crate::base::{Frame, Side, distance_to_segment};
 use crate::graph::{Beside, Triangulation};
@@ -15,95 +20,188 @@ const LEAST_TRIANGLE: f64 = 0.1;
 /// The part of the way between two neighbours at the frame that they keep between them along it.
 const LEAST_WAY: f64 = 0.1;
 
+/// Nodes of a band at least, and rows of one on a square canvas.
+const LEAST_BAND: usize = 1024;
+const ROWS_IN_BAND: usize = 16;
+
 /// Where the nodes of a triangulation are drawn.
 pub(super) struct Places<'a> {
+    fixed: Fixed<'a>,
+    pub(super) places: Vec<Point>,
+}
+
+/// What does not move.
+struct Fixed<'a> {
     triangulation: &'a Triangulation,
     areas: &'a [f64],
     frame: Frame,
     /// The node at either end of an edge with the frame beside it.
     at_frame: Vec<bool>,
-    pub(super) places: Vec<Point>,
+    /// Nodes of a band.
+    size: usize,
 }
 
 impl<'a> Places<'a> {
     /// At first every node is at its site.
     pub(super) fn new(triangulation: &'a Triangulation, areas: &'a [f64], frame: Frame) -> Self {
         let graph = &triangulation.graph;
-        let mut at_frame = vec![false; graph.sites.len()];
+        let count = graph.sites.len();
+        let mut at_frame = vec![false; count];
         for slot in triangulation.at_frame(0..graph.neighbors.len()) {
             at_frame[graph.neighbors[slot] as usize] = true;
             at_frame[graph.offsets.partition_point(|offset| *offset as usize <= slot) - 1] = true;
         }
-        Self { triangulation, areas, frame, at_frame, places: graph.sites.clone() }
+        let size = LEAST_BAND.max(ROWS_IN_BAND * count.isqrt());
+        Self { fixed: Fixed { triangulation, areas, frame, at_frame, size }, places: graph.sites.clone() }
+    }
+
+    /// Visits some nodes, in ascending order, but for those that have neighbours beyond the bands beside their own.
+    pub(super) fn visit(&mut self, nodes: &[u32], visit: impl Fn(&mut Band, usize) + Sync) {
+        let (fixed, count) = (&self.fixed, self.places.len());
+        for parity in 0..2 {
+            let mut own = Vec::new();
+            let mut others: Vec<&[Point]> = Vec::new();
+            for (number, places) in self.places.chunks_mut(fixed.size).enumerate() {
+                if number % 2 == parity {
+                    own.push((number, places));
+                } else {
+                    others.push(places);
+                }
+            }
+            own.into_par_iter().for_each(|(number, places)| {
+                let first = number * fixed.size;
+                // Those beside it are, among the others, this one and the one before, or this one and the next.
+                let after = number / 2 + parity;
+                let before = after.checked_sub(1).and_then(|before| others.get(before)).copied().unwrap_or_default();
+                let after = others.get(after).copied().unwrap_or_default();
+                let end = first + places.len();
+                let mut band = Band { fixed, first, places, before, after };
+                let [begin, end] = [first, end.min(count)].map(|node| nodes.partition_point(|other| (*other as usize) < node));
+                for node in nodes[begin..end].iter().map(|node| *node as usize) {
+                    if band.reaches(node) {
+                        visit(&mut band, node);
+                    }
+                }
+            });
+        }
+    }
+
+    /// How far the place of a node is from the rim of its star and from the frame.
+    pub(super) fn room(&self, node: usize) -> f64 {
+        self.fixed.room(node, self.places[node], |other| self.places[other])
+    }
+}
+
+/// Places of consecutive nodes, which can move, and of those before and after, which stay meanwhile.
+pub(super) struct Band<'a> {
+    fixed: &'a Fixed<'a>,
+    first: usize,
+    places: &'a mut [Point],
+    before: &'a [Point],
+    after: &'a [Point],
+}
+
+impl Band<'_> {
+    /// The place of a node of this band or one beside it.
+    pub(super) fn place(&self, node: usize) -> Point {
+        match node.checked_sub(self.first) {
+            None => self.before[node + self.before.len() - self.first],
+            Some(own) if own < self.places.len() => self.places[own],
+            Some(own) => self.after[own - self.places.len()],
+        }
+    }
+
+    /// Whether a node is of this band, and all its neighbours are of it or of those beside it.
+    fn reaches(&self, node: usize) -> bool {
+        let row = self.fixed.triangulation.graph.row(node);
+        let is_own = |node: usize| (self.first..self.first + self.places.len()).contains(&node);
+        let is_known = |node: &u32| {
+            let node = *node as usize;
+            node + self.before.len() >= self.first && node < self.first + self.places.len() + self.after.len()
+        };
+        // Rows are sorted.
+        is_own(node) && row.first().is_none_or(is_known) && row.last().is_none_or(is_known)
     }
 
     pub(super) fn is_at_frame(&self, node: usize) -> bool {
-        self.at_frame[node]
+        self.fixed.at_frame[node]
     }
 
     /// Moves a node as much of the way to a point as its triangles allow and `suits` wants: all of it, half, or a quarter.
     pub(super) fn move_towards(&mut self, node: usize, point: Point, suits: impl Fn(&Self, Point) -> bool) {
-        let from = self.places[node];
+        if !self.reaches(node) {
+            return;
+        }
+        let from = self.place(node);
         for part in [1.0, 0.5, 0.25] {
             let to = [from[0] + part * (point[0] - from[0]), from[1] + part * (point[1] - from[1])];
-            if self.frame.holds(kurbo::Point::new(to[0], to[1])) && self.keeps_triangles(node, to) && suits(self, to) {
-                self.places[node] = to;
+            let is_inside = self.fixed.frame.holds(kurbo::Point::new(to[0], to[1]));
+            if is_inside && self.fixed.keeps_triangles(node, to, |other| self.place(other)) && suits(self, to) {
+                self.places[node - self.first] = to;
                 return;
             }
         }
     }
 
-    fn keeps_triangles(&self, node: usize, to: Point) -> bool {
-        let least = LEAST_TRIANGLE * self.areas[node];
-        let of_triangles = self.sides(node).all(|(a, beside)| match beside {
-            Beside::Node(b) => turn(to, self.places[a], self.places[b as usize]) > least,
-            Beside::Frame(side) => self.keeps_order(node, a, side, to),
-        });
-        of_triangles && (!self.at_frame[node] || self.sides_before(node).all(|(a, side)| self.keeps_order(node, a, side, to)))
-    }
-
-    /// Whether a node at `to` is on the same side of its neighbour as their sites are, along the frame.
-    fn keeps_order(&self, node: usize, neighbor: usize, side: Side, to: Point) -> bool {
-        let along = |[x, y]: Point| if matches!(side, Side::Top | Side::Bottom) { x } else { y };
-        let sites = &self.triangulation.graph.sites;
-        let way = along(sites[neighbor]) - along(sites[node]);
-        (along(self.places[neighbor]) - along(to)) * way.signum() >= LEAST_WAY * way.abs()
-    }
-
     /// How far a point in the star of a node is from the rim of it and from the frame.
     pub(super) fn room(&self, node: usize, point: Point) -> f64 {
-        let [x, y] = point;
-        let frame = x.min(self.frame.width - x).min(y).min(self.frame.height - y);
-        let to_side = |(a, beside): (usize, Beside)| match beside {
-            Beside::Node(b) => to_segment(point, self.places[a], self.places[b as usize]),
-            Beside::Frame(_) => f64::INFINITY,
-        };
-        self.sides(node).map(to_side).fold(frame, f64::min)
+        self.fixed.room(node, point, |other| self.place(other))
     }
 
     /// The sides of the star of a node, but for those on the frame.
-    pub(super) fn rim(&self, node: usize) -> impl Iterator<Item = [usize; 2]> {
-        self.sides(node).filter_map(|(a, beside)| match beside {
-            Beside::Node(b) => Some([a, b as usize]),
-            Beside::Frame(_) => None,
-        })
+    pub(super) fn rim(&self, node: usize) -> Vec<[usize; 2]> {
+        self.fixed.rim(node).collect()
     }
 
     /// How a side of the star of a node must move to be as far from the node as needed; `None` if it is.
     pub(super) fn way_out(&self, node: usize, side: [usize; 2], needed: f64) -> Option<Point> {
-        let [a, b] = side.map(|end| self.places[end]);
-        let missing = needed - to_segment(self.places[node], a, b);
+        let [a, b] = side.map(|end| self.place(end));
+        let missing = needed - to_segment(self.place(node), a, b);
         let [x, y] = [b[0] - a[0], b[1] - a[1]];
         let length = (x * x + y * y).sqrt();
         // The node lies to the left of the side.
         (missing > 0.0 && length > 0.0).then(|| [y * missing / length, -x * missing / length])
     }
+}
+
+impl<'a> Fixed<'a> {
+    fn keeps_triangles(&self, node: usize, to: Point, place: impl Fn(usize) -> Point) -> bool {
+        let least = LEAST_TRIANGLE * self.areas[node];
+        let of_triangles = self.sides(node).all(|(a, beside)| match beside {
+            Beside::Node(b) => turn(to, place(a), place(b as usize)) > least,
+            Beside::Frame(side) => self.keeps_order(node, a, side, to, &place),
+        });
+        of_triangles
+            && (!self.at_frame[node] || self.sides_before(node).all(|(a, side)| self.keeps_order(node, a, side, to, &place)))
+    }
+
+    /// Whether a node at `to` is on the same side of its neighbour as their sites are, along the frame.
+    fn keeps_order(&self, node: usize, neighbor: usize, side: Side, to: Point, place: impl Fn(usize) -> Point) -> bool {
+        let along = |[x, y]: Point| if matches!(side, Side::Top | Side::Bottom) { x } else { y };
+        let sites = &self.triangulation.graph.sites;
+        let way = along(sites[neighbor]) - along(sites[node]);
+        (along(place(neighbor)) - along(to)) * way.signum() >= LEAST_WAY * way.abs()
+    }
+
+    fn room(&self, node: usize, point: Point, place: impl Fn(usize) -> Point) -> f64 {
+        let [x, y] = point;
+        let frame = x.min(self.frame.width - x).min(y).min(self.frame.height - y);
+        self.rim(node).map(|[a, b]| to_segment(point, place(a), place(b))).fold(frame, f64::min)
+    }
 
     /// Every neighbour of a node, with what lies to the left of the edge to it.
-    fn sides(&self, node: usize) -> impl Iterator<Item = (usize, Beside)> {
-        let graph = &self.triangulation.graph;
+    fn sides(&self, node: usize) -> impl Iterator<Item = (usize, Beside)> + use<'a> {
+        let triangulation = self.triangulation;
+        let graph = &triangulation.graph;
         let slots = graph.offsets[node] as usize..graph.offsets[node + 1] as usize;
-        slots.map(|slot| (graph.neighbors[slot] as usize, self.triangulation.left(slot)))
+        slots.map(move |slot| (triangulation.graph.neighbors[slot] as usize, triangulation.left(slot)))
+    }
+
+    fn rim(&self, node: usize) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+        self.sides(node).filter_map(|(a, beside)| match beside {
+            Beside::Node(b) => Some([a, b as usize]),
+            Beside::Frame(_) => None,
+        })
     }
 
     /// The neighbours of a node from which the edge to it has the frame to its left.
@@ -144,10 +242,12 @@ mod tests {
         for k in 0..3000 {
             let node = k as usize % 300;
             let to = [60.0 * random(9000 + 2 * k) - 10.0, 50.0 * random(9001 + 2 * k) - 10.0];
-            // Half of them only so far that it does not come near a neighbour.
-            let from = places.places[node];
-            let near = [from[0] + 0.05 * (to[0] - from[0]), from[1] + 0.05 * (to[1] - from[1])];
-            places.move_towards(node, if k % 2 == 0 { to } else { near }, |_, _| true);
+            places.visit(&[node as u32], |places, node| {
+                // Half of them only so far that it does not come near a neighbour.
+                let from = places.place(node);
+                let near = [from[0] + 0.05 * (to[0] - from[0]), from[1] + 0.05 * (to[1] - from[1])];
+                places.move_towards(node, if k % 2 == 0 { to } else { near }, |_, _| true);
+            });
         }
         let moved = places.places.iter().zip(&before).filter(|(place, site)| place != site).count();
         assert!(moved > 150, "{moved}");
@@ -155,7 +255,7 @@ mod tests {
         for node in 0..300 {
             let [x, y] = places.places[node];
             assert!(x > 0.0 && x < frame.width && y > 0.0 && y < frame.height);
-            for [a, b] in places.rim(node) {
+            for [a, b] in places.fixed.rim(node) {
                 let [area, of_sites] = [&places.places, &before].map(|at| turn(at[node], at[a], at[b]));
                 // A triangle that began thin is only left as it is.
                 assert!(area > 0.0);
@@ -171,14 +271,35 @@ mod tests {
         let sites = vec![[10.0, 10.0], [14.0, 10.0], [10.0, 14.0], [6.0, 10.0], [10.0, 6.0]];
         let triangulation = triangulate(sites, 20, 20, &Control::new()).unwrap();
         let areas = vec![1.0; 5];
-        let places = Places::new(&triangulation, &areas, Frame { width: 20.0, height: 20.0 });
-        let room = places.room(0, [10.0, 10.0]);
+        let mut places = Places::new(&triangulation, &areas, Frame { width: 20.0, height: 20.0 });
+        let room = places.room(0);
         assert!((room - 8f64.sqrt()).abs() < 1e-12);
-        let side = places.rim(0).next().unwrap();
-        assert!(places.way_out(0, side, room - 0.1).is_none());
-        let [x, y] = places.way_out(0, side, room + 0.5).unwrap();
-        assert!(((x * x + y * y).sqrt() - 0.5).abs() < 1e-9);
-        let middle = [0, 1].map(|axis| (places.places[side[0]][axis] + places.places[side[1]][axis]) / 2.0 - 10.0);
-        assert!(middle[0] * x + middle[1] * y > 0.0);
+        places.visit(&[0], |places, node| {
+            let side = places.rim(node)[0];
+            assert!(places.way_out(node, side, room - 0.1).is_none());
+            let [x, y] = places.way_out(node, side, room + 0.5).unwrap();
+            assert!(((x * x + y * y).sqrt() - 0.5).abs() < 1e-9);
+            let middle = [0, 1].map(|axis| (places.place(side[0])[axis] + places.place(side[1])[axis]) / 2.0 - 10.0);
+            assert!(middle[0] * x + middle[1] * y > 0.0);
+        });
+    }
+
+    #[test]
+    fn every_node_is_visited_once_in_bands() {
+        let random = |k: u64| 0.5 + 0.499 * f64::from(noise(k));
+        let mut sites: Vec<Point> = (0..5000).map(|k| [random(2 * k) * 90.0, random(2 * k + 1) * 60.0]).collect();
+        sites.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        let triangulation = triangulate(sites.clone(), 90, 60, &Control::new()).unwrap();
+        let areas = vec![0.0; 5000];
+        let mut places = Places::new(&triangulation, &areas, Frame { width: 90.0, height: 60.0 });
+        assert!(places.fixed.size < 2000);
+        let all: Vec<u32> = (0..5000).collect();
+        places.visit(&all, |places, node| {
+            assert_eq!(places.place(node), sites[node]);
+            let [x, y] = places.place(node);
+            places.move_towards(node, [x + 1e-6, y], |_, _| true);
+        });
+        let moved = places.places.iter().zip(&sites).filter(|(place, site)| place != site).count();
+        assert!(moved > 4900, "{moved}");
     }
 }

@@ -112,19 +112,20 @@ pub fn stipple(
     let mut dots = Dots::choose(&parts);
     let frame = Frame { width: width as f64, height: height as f64 };
     let mut places = Places::new(triangulation, areas, frame);
-    let mut carried = Vec::new();
-    for step in 0..=STEPS {
+    // First by hops: asked once more, all have their nearest dot.
+    dots.share(&parts, &places);
+    let mut shared = dots.share(&parts, &places);
+    for _ in 0..STEPS {
         control.check()?;
-        dots.find_owners(&parts, &places);
-        carried = dots.carry(&parts, &places);
-        if step < STEPS {
-            dots.step(&parts, &carried, &mut places);
-        }
+        dots.step(&parts, &dots.carried(&shared), &mut places);
+        shared = dots.share(&parts, &places);
     }
+    let carried = dots.carried(&shared);
     for _ in 0..MAKING_ROOM {
+        control.check()?;
         dots.make_room(&parts, &carried, &mut places);
     }
-    let inks = dots.inks_with_room(&parts, &carried, &places);
+    let inks = dots.inks_with_room(&carried, &shared, &places);
     let (mut labels, mut areas) = (labels.clone(), areas.to_vec());
     for (node, ink) in dots.nodes.iter().map(|node| *node as usize).zip(inks) {
         if ink > 0.0 && ink >= LEAST_INK * parts.cell_around(node) {
@@ -198,6 +199,39 @@ impl Carried {
     }
 }
 
+/// A dot that may share a node.
+#[derive(Clone, Copy)]
+struct Sharing {
+    dot: u32,
+    place: [f64; 2],
+    /// From the node's site, squared.
+    distance: f64,
+    /// Part of the node.
+    share: f64,
+}
+
+/// A dot's share of a node.
+struct Share {
+    dot: u32,
+    ink: f64,
+    site: [f64; 2],
+}
+
+/// The shares of some nodes, one node after the other.
+struct Shared {
+    shares: Vec<Share>,
+    /// Where those of every node end.
+    ends: Vec<usize>,
+}
+
+impl Shared {
+    /// The shares of every node.
+    fn groups(&self) -> impl Iterator<Item = &[Share]> {
+        let mut begin = 0;
+        self.ends.iter().map(move |end| &self.shares[std::mem::replace(&mut begin, *end)..*end])
+    }
+}
+
 /// The dots, none beside another.
 struct Dots {
     /// The node of every dot.
@@ -215,8 +249,8 @@ struct Dots {
 impl Dots {
     fn choose(parts: &Parts) -> Self {
         let count = parts.grounds.len();
-        let wanted: Vec<f64> =
-            (0..count).map(|node| if parts.grounds[node] == STRUCTURED { 0.0 } else { parts.distance_wanted(node) }).collect();
+        let wanted = |node: usize| if parts.grounds[node] == STRUCTURED { 0.0 } else { parts.distance_wanted(node) };
+        let wanted: Vec<f64> = (0..count).into_par_iter().with_min_len(NODES_AT_ONCE).map(wanted).collect();
         let (mut nodes, mut at) = (Vec::new(), vec![NONE; count]);
         let mut is_taken = vec![false; count];
         let mut reached_by = vec![NONE; count];
@@ -255,167 +289,155 @@ impl Dots {
         Self { nodes, at, owners, owned, beside }
     }
 
-    fn place(&self, places: &Places, dot: u32) -> [f64; 2] {
-        places.places[self.nodes[dot as usize] as usize]
+    /// Shares every node's ink among the dots about it, and finds the nearest of them anew.
+    fn share(&mut self, parts: &Parts, places: &Places) -> Vec<Shared> {
+        let dots: Vec<[f64; 2]> = self.nodes.iter().map(|node| places.places[*node as usize]).collect();
+        let of_nodes = |nodes: &[u32]| {
+            let mut shared = Shared { shares: Vec::with_capacity(2 * nodes.len()), ends: Vec::with_capacity(nodes.len()) };
+            let (mut nearest, mut sharing) = (Vec::with_capacity(nodes.len()), Vec::with_capacity(MOST_SHARING));
+            for node in nodes.iter().map(|node| *node as usize) {
+                self.find_sharing(parts, &dots, node, &mut sharing);
+                nearest.push(sharing[0].dot);
+                let (ink, site) = (parts.lacks[node] * parts.areas[node], parts.site(node));
+                shared.shares.extend(sharing.iter().map(|sharing| Share { dot: sharing.dot, ink: sharing.share * ink, site }));
+                shared.ends.push(shared.shares.len());
+            }
+            (nearest, shared)
+        };
+        let found: Vec<(Vec<u32>, Shared)> = self.owned.par_chunks(NODES_AT_ONCE).map(of_nodes).collect();
+        let mut owned = self.owned.iter();
+        let mut all = Vec::with_capacity(found.len());
+        for (nearest, shared) in found {
+            for (dot, node) in nearest.into_iter().zip(owned.by_ref()) {
+                self.owners[*node as usize] = dot;
+            }
+            all.push(shared);
+        }
+        all
     }
 
-    /// Asks every node again which of the dots of its neighbours is nearest.
-    fn find_owners(&mut self, parts: &Parts, places: &Places) {
-        // Dots have moved by less than their distance: there and back is enough.
-        for k in (0..self.owned.len()).chain((0..self.owned.len()).rev()) {
-            let node = self.owned[k] as usize;
-            let own = self.owners[node];
-            let distance = |dot: u32| distance_squared(parts.site(node), self.place(places, dot));
-            let mut nearest = (distance(own), own);
-            for other in parts.on_ground(node) {
-                let dot = self.owners[other];
-                if dot != nearest.1 {
-                    let distance = distance(dot);
-                    if distance < nearest.0 {
-                        nearest = (distance, dot);
-                    }
-                }
+    /// The dots that share a node, the nearest first: it, and those whose bisector with it cuts the node's cell. Each has about the part
+    /// of the cell that the bisectors leave it.
+    fn find_sharing(&self, parts: &Parts, dots: &[[f64; 2]], node: usize, sharing: &mut Vec<Sharing>) {
+        let site = parts.site(node);
+        sharing.clear();
+        let mut add = |dot: u32| {
+            if sharing.len() < MOST_SHARING && sharing.iter().all(|known| known.dot != dot) {
+                let place = dots[dot as usize];
+                sharing.push(Sharing { dot, place, distance: distance_squared(site, place), share: 1.0 });
             }
-            self.owners[node] = nearest.1;
-        }
-    }
-
-    /// The dots that share a node, each with its part of it: about what the bisectors between them leave of the node's cell.
-    fn sharing(&self, parts: &Parts, places: &Places, node: usize, shares: &mut Vec<(u32, f64)>) {
-        shares.clear();
-        shares.push((self.owners[node], 1.0));
-        for other in parts.on_ground(node) {
-            let dot = self.owners[other];
-            if shares.len() < MOST_SHARING && shares.iter().all(|(known, _)| *known != dot) {
-                shares.push((dot, 1.0));
-            }
-        }
-        if shares.len() == 1 {
+        };
+        add(self.owners[node]);
+        parts.on_ground(node).for_each(|other| add(self.owners[other]));
+        if sharing.len() == 1 {
             return;
         }
-        let (site, side) = (parts.site(node), parts.areas[node].sqrt());
+        let nearest = (1..sharing.len()).fold(0, |best, k| if sharing[k].distance < sharing[best].distance { k } else { best });
+        sharing.swap(0, nearest);
+        let (first, area) = (sharing[0], parts.areas[node]);
+        sharing.retain(|other| {
+            let farther = other.distance - first.distance;
+            other.dot == first.dot || farther * farther < area * distance_squared(first.place, other.place)
+        });
+        if sharing.len() == 1 {
+            return;
+        }
+        let side = area.sqrt();
         let mut total = 0.0;
-        for k in 0..shares.len() {
-            let own = self.place(places, shares[k].0);
+        for k in 0..sharing.len() {
+            let own = sharing[k];
             let mut share = 1.0;
-            for (other, _) in shares.iter().enumerate().filter(|(l, _)| *l != k).map(|(_, other)| other) {
-                let other = self.place(places, *other);
+            for other in sharing.iter().filter(|other| other.dot != own.dot) {
                 // How far the node lies on the dot's side of the bisector.
-                let off = distance_squared(site, other) - distance_squared(site, own);
-                let apart = 2.0 * distance_squared(own, other).sqrt() * side;
-                share *= if apart > 0.0 { (0.5 + off / apart).clamp(0.0, 1.0) } else { 0.5 };
+                let apart = 2.0 * distance_squared(own.place, other.place).sqrt() * side;
+                share *= if apart > 0.0 { (0.5 + (other.distance - own.distance) / apart).clamp(0.0, 1.0) } else { 0.5 };
             }
-            shares[k].1 = share;
+            sharing[k].share = share;
             total += share;
         }
         if total > 0.0 {
-            shares.iter_mut().for_each(|(_, share)| *share /= total);
+            sharing.iter_mut().for_each(|sharing| sharing.share /= total);
         } else {
-            shares.truncate(1);
+            sharing.truncate(1);
         }
     }
 
-    /// What every dot stands for.
-    fn carry(&self, parts: &Parts, places: &Places) -> Vec<Carried> {
-        let of_nodes = |nodes: &[u32]| {
-            let (mut found, mut shares) = (Vec::with_capacity(2 * nodes.len()), Vec::with_capacity(MOST_SHARING));
-            for node in nodes.iter().map(|node| *node as usize) {
-                self.sharing(parts, places, node, &mut shares);
-                let ink = parts.lacks[node] * parts.areas[node];
-                found.extend(shares.iter().map(|(dot, share)| (*dot, share * ink, parts.site(node))));
-            }
-            found
-        };
-        // Summed in the order of the nodes, whatever the threads.
-        let found: Vec<_> = self.owned.par_chunks(NODES_AT_ONCE).map(of_nodes).collect();
+    /// What every dot stands for, summed in the order of the nodes.
+    fn carried(&self, shared: &[Shared]) -> Vec<Carried> {
         let mut carried = vec![Carried::default(); self.nodes.len()];
-        for (dot, ink, [x, y]) in found.into_iter().flatten() {
-            let carried = &mut carried[dot as usize];
+        for Share { dot, ink, site: [x, y] } in shared.iter().flat_map(|shared| &shared.shares) {
+            let carried = &mut carried[*dot as usize];
             carried.ink += ink;
             carried.moment = [carried.moment[0] + ink * x, carried.moment[1] + ink * y];
         }
         carried
     }
 
-    /// The groups of dots that share nodes.
-    fn groups(&self, parts: &Parts, places: &Places) -> Vec<Vec<usize>> {
-        let of_nodes = |nodes: &[u32]| {
-            let mut shares = Vec::with_capacity(MOST_SHARING);
-            let mut group = |node: &u32| {
-                self.sharing(parts, places, *node as usize, &mut shares);
-                (shares.len() > 1).then(|| shares.iter().map(|(dot, _)| *dot as usize).collect::<Vec<_>>())
-            };
-            nodes.iter().filter_map(&mut group).collect::<Vec<_>>()
-        };
-        self.owned.par_chunks(NODES_AT_ONCE).flat_map_iter(of_nodes).collect()
-    }
-
     /// A Lloyd step of the dots, for which the nodes around them give way.
     fn step(&self, parts: &Parts, carried: &[Carried], places: &mut Places) {
-        for (node, carried) in self.nodes.iter().map(|node| *node as usize).zip(carried) {
+        places.visit(&self.nodes, |places, node| {
+            let carried = &carried[self.at[node] as usize];
             if carried.ink > 0.0 {
-                let middle = carried.moment.map(|moment| moment / carried.ink);
-                let room = carried.radius().min(places.room(node, places.places[node]));
-                places.move_towards(node, middle, |places, to| places.room(node, to) >= room);
+                places.move_towards(node, carried.moment.map(|moment| moment / carried.ink), |_, _| true);
             }
-        }
-        for node in self.beside.iter().map(|node| *node as usize) {
+        });
+        places.visit(&self.beside, |places, node| {
             if places.is_at_frame(node) {
-                continue;
+                return;
             }
             let row = parts.row(node);
             let sum = row.iter().fold([0.0; 2], |[x, y], other| {
-                let place = places.places[*other as usize];
+                let place = places.place(*other as usize);
                 [x + place[0], y + place[1]]
             });
             places.move_towards(node, sum.map(|sum| sum / row.len() as f64), |_, _| true);
-        }
+        });
     }
 
     /// Moves the rims of stars that are too small for their dots outwards, and dots away from rims that cannot move.
     fn make_room(&self, parts: &Parts, carried: &[Carried], places: &mut Places) {
-        for (node, carried) in self.nodes.iter().map(|node| *node as usize).zip(carried) {
-            let needed = ROOM_TO_SPARE * carried.radius() / STAR_FILL;
-            if places.room(node, places.places[node]) >= needed {
-                continue;
+        places.visit(&self.nodes, |places, node| {
+            let needed = ROOM_TO_SPARE * carried[self.at[node] as usize].radius() / STAR_FILL;
+            if places.room(node, places.place(node)) >= needed {
+                return;
             }
-            let rim: Vec<[usize; 2]> = places.rim(node).collect();
-            for side in rim {
-                let way_out = |places: &Places| places.way_out(node, side, needed);
-                let Some([x, y]) = way_out(places) else { continue };
+            for side in places.rim(node) {
+                let Some([x, y]) = places.way_out(node, side, needed) else { continue };
                 for end in side.into_iter().filter(|end| self.at[*end] == NONE && parts.is_within_ground(*end)) {
-                    let from = places.places[end];
+                    let from = places.place(end);
                     places.move_towards(end, [from[0] + x, from[1] + y], |_, _| true);
                 }
-                if let Some([x, y]) = way_out(places) {
-                    let from = places.places[node];
+                if let Some([x, y]) = places.way_out(node, side, needed) {
+                    let from = places.place(node);
                     let room = places.room(node, from);
                     places.move_towards(node, [from[0] - x, from[1] - y], |places, to| places.room(node, to) > room);
                 }
             }
-        }
+        });
     }
 
     /// The ink of every dot, after those that have no room for theirs have handed it on to those that share nodes with them.
-    fn inks_with_room(&self, parts: &Parts, carried: &[Carried], places: &Places) -> Vec<f64> {
+    fn inks_with_room(&self, carried: &[Carried], shared: &[Shared], places: &Places) -> Vec<f64> {
         let mut inks: Vec<f64> = carried.iter().map(|carried| carried.ink).collect();
-        let room = |node: &u32| STAR_FILL * places.room(*node as usize, places.places[*node as usize]);
-        let most: Vec<f64> = self.nodes.iter().map(|node| PI * room(node) * room(node)).collect();
-        let groups = self.groups(parts, places);
+        let most = |node: &u32| {
+            let radius = STAR_FILL * places.room(*node as usize);
+            PI * radius * radius
+        };
+        let most: Vec<f64> = self.nodes.par_iter().map(most).collect();
         for _ in 0..HANDING_ON {
             let over: Vec<f64> = inks.iter().zip(&most).map(|(ink, most)| (ink - most).max(0.0)).collect();
-            let pairs = || {
-                let (over, inks, most) = (&over, &inks, &most);
-                groups.iter().flat_map(move |group| {
-                    let from = group.iter().filter(|dot| over[**dot] > 0.0);
-                    from.flat_map(move |from| group.iter().filter(|dot| inks[**dot] < most[**dot]).map(move |to| (*from, *to)))
-                })
-            };
             let (mut takers, mut handed) = (vec![0u32; inks.len()], vec![0.0; inks.len()]);
-            for (from, _) in pairs() {
-                takers[from] += 1;
+            // Those that share a node, one of which has too much and the other has not.
+            let mut pairs = Vec::new();
+            for group in shared.iter().flat_map(Shared::groups) {
+                for from in group.iter().map(|share| share.dot as usize).filter(|dot| over[*dot] > 0.0) {
+                    for to in group.iter().map(|share| share.dot as usize).filter(|dot| inks[*dot] < most[*dot]) {
+                        takers[from] += 1;
+                        pairs.push((from, to));
+                    }
+                }
             }
-            for (from, to) in pairs() {
+            for (from, to) in pairs {
                 handed[to] += over[from] / f64::from(takers[from]);
             }
             for (dot, ink) in inks.iter_mut().enumerate() {

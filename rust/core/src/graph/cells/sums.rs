@@ -137,9 +137,17 @@ impl<const N: usize> Sink for SumsOf<'_, N> {
             if N == 0 {
                 continue;
             }
-            for (pixel, number) in self.pixel_of[area.x.0..area.x.1].iter().zip(owners) {
+            let pixels = &self.pixel_of[area.x.0..area.x.1];
+            // Of every pixel, once: one has several samples.
+            let mut last = (u32::MAX, [0.0; N]);
+            for (pixel, number) in pixels.iter().zip(owners) {
+                if last.0 != *pixel {
+                    last = (*pixel, values.map(|values| f64::from(values[*pixel as usize])));
+                }
                 let sums = &mut self.values[block.slots[*number as usize] as usize];
-                sums.iter_mut().zip(values).for_each(|(sum, values)| *sum += f64::from(values[*pixel as usize]));
+                for (sum, value) in sums.iter_mut().zip(last.1) {
+                    *sum += value;
+                }
             }
         }
     }
