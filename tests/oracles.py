@@ -460,7 +460,7 @@ def split(edges: ArrayLike, tones: ArrayLike, labels: ArrayLike, most: int) -> I
 
 STRUCTURED = 2
 ROUGHNESS, STEP = 0.02, 0.5 / 255
-MAJORITIES, COHESION, COHESION_SWEEPS = 2, 0.1, 4
+MAJORITIES, COHESION, COHESION_SWEEPS = 2, 0.1, 2
 PURE = 0.5 / 255
 
 
@@ -556,9 +556,7 @@ def stipple(  # noqa: PLR0917
     left = left_of_edges(np.asarray(sites, np.float64), width, height)
     near = adjacency(len(cells), [edge for edge in left if edge[0] < edge[1]])
     alike = [[other for other in row if ground[other] == ground[node]] for node, row in enumerate(near)]
-    within = [
-        ground[node] != STRUCTURED and len(row) >= 3 and all(shown[row] == ground[node]) for node, row in enumerate(near)
-    ]
+    within = [ground[node] != STRUCTURED and len(row) >= 3 and all(shown[row] == ground[node]) for node, row in enumerate(near)]
     around = mean_around(near, cells)
     fixed = np.asarray(sites, np.float64) @ [1, 1j]
 
@@ -567,30 +565,36 @@ def stipple(  # noqa: PLR0917
     places = Places(left, near, fixed, cells, complex(width, height))
     beside = [node for node, row in enumerate(near) if within[node] and node not in nodes and set(row) & set(nodes)]
 
-    def dots_near(node: int) -> list[int]:
-        return list(dict.fromkeys([owners[node], *(owners[other] for other in alike[node])]))[:MOST_SHARING]
+    def shared() -> dict[int, dict[int, float]]:
+        found = {}
+        for node in sorted(owners):
+            dots = list(dict.fromkeys([owners[node], *(owners[other] for other in alike[node])]))[:MOST_SHARING]
+            found[node] = sharing(fixed[node], cells[node], dots, places.at)
+        # All at once, after every node was asked.
+        owners.update({node: next(iter(parts)) for node, parts in found.items()})
+        return found
 
-    for step in range(STEPS + 1):
-        for node in [*sorted(owners), *sorted(owners, reverse=True)]:
-            candidates = [owners[node], *(owners[other] for other in alike[node])]
-            owners[node] = min(candidates, key=lambda dot, site=fixed[node]: abs(site - places.at[dot]))
-        shares = {node: sharing(fixed[node], cells[node], dots_near(node), places.at) for node in sorted(owners)}
+    def carried() -> tuple[dict[int, float], dict[int, complex]]:
         inks, moments = dict.fromkeys(nodes, 0.0), dict.fromkeys(nodes, 0j)
         for node, parts in shares.items():
             for dot, share in parts.items():
                 inks[dot] += share * lacks[node] * cells[node]
                 moments[dot] += share * lacks[node] * cells[node] * fixed[node]
-        if step == STEPS:
-            break
+        return inks, moments
+
+    shares = shared()
+    for _ in range(STEPS):
+        inks, moments = carried()
         for dot in (dot for dot in nodes if inks[dot] > 0):
-            kept = min(math.sqrt(inks[dot] / math.pi), places.room(dot))
-            places.move(dot, moments[dot] / inks[dot], lambda dot=dot, kept=kept: places.room(dot) >= kept)
+            places.move(dot, moments[dot] / inks[dot])
         for node in (node for node in beside if node not in places.at_frame):
             places.move(node, sum(places.at[other] for other in near[node]) / len(near[node]))
+        shares = shared()
+    inks, _ = carried()
     for dot in nodes * MAKING_ROOM:
         make_room(dot, ROOM_TO_SPARE * math.sqrt(inks[dot] / math.pi) / STAR_FILL, places, set(beside))
     most = {dot: math.pi * (STAR_FILL * places.room(dot)) ** 2 for dot in nodes}
-    groups = [list(sharing(fixed[node], cells[node], dots_near(node), places.at)) for node in sorted(owners)]
+    groups = [list(parts) for parts in shares.values()]
     for _ in range(HANDING_ON):
         inks = handed_on(inks, most, groups)
 
@@ -635,15 +639,21 @@ def fewest_hops(alike: list[list[int]], nodes: list[int]) -> dict[int, int]:
 
 
 def sharing(site: complex, cell: float, dots: list[int], places: NDArray[np.complex128]) -> dict[int, float]:
-    """Return the part of a node that each dot has: of a cell as wide as high, cut by the bisectors to all the others."""
-    parts = dict.fromkeys(dots, 1.0)
-    for dot, other in itertools.permutations(dots, 2):
+    """Return the part of a node that each dot has, of the nearest and those whose bisector with it cuts a cell as wide as high."""
+    first = min(dots, key=lambda dot: abs(site - places[dot]))
+
+    def before(dot: int, other: int) -> float:
+        """Return how far the node lies before the bisector, in widths of its cell; without a cell far on either side."""
         between = places[other] - places[dot]
-        # How far the node lies before the bisector, in pixels.
-        before = (((places[dot] + places[other]) / 2 - site) * between.conjugate() / abs(between)).real
-        parts[dot] *= min(max(0.5 + before / math.sqrt(cell), 0.0), 1.0) if cell > 0 else 0.5
+        off = (((places[dot] + places[other]) / 2 - site) * between.conjugate()).real
+        width = abs(between) * math.sqrt(cell)
+        return off / width if width > 0 else math.copysign(math.inf, off)
+
+    parts = dict.fromkeys([first, *(dot for dot in dots if dot != first and before(first, dot) < 0.5)], 1.0)
+    for dot, other in itertools.permutations(parts, 2):
+        parts[dot] *= min(max(0.5 + before(dot, other), 0.0), 1.0)
     total = sum(parts.values())
-    return {dot: part / total for dot, part in parts.items()} if total > 0 else {dots[0]: 1.0}
+    return {dot: part / total for dot, part in parts.items()} if total > 0 else {first: 1.0}
 
 
 class Places:
@@ -682,7 +692,7 @@ class Places:
     def is_sound(self, node: int) -> bool:
         """Whether a node is inside, its triangles are large enough, and neighbours along the frame are in order."""
         x, y = self.at[node].real, self.at[node].imag
-        if not (0 < x < self.corner.real and 0 < y < self.corner.imag):
+        if not (0 < x < self.corner.real and 0 < y < self.corner.imag) or self.cells[node] == 0:
             return False
         for a, b in self.rim[node]:
             one, other = self.at[a] - self.at[node], self.at[b] - self.at[node]

@@ -167,6 +167,10 @@ impl Band<'_> {
 impl<'a> Fixed<'a> {
     fn keeps_triangles(&self, node: usize, to: Point, place: impl Fn(usize) -> Point) -> bool {
         let least = LEAST_TRIANGLE * self.areas[node];
+        // Nodes so dense that no sample fell to their cell stay.
+        if least == 0.0 {
+            return false;
+        }
         let of_triangles = self.sides(node).all(|(a, beside)| match beside {
             Beside::Node(b) => turn(to, place(a), place(b as usize)) > least,
             Beside::Frame(side) => self.keeps_order(node, a, side, to, &place),
@@ -290,7 +294,7 @@ mod tests {
         let mut sites: Vec<Point> = (0..5000).map(|k| [random(2 * k) * 90.0, random(2 * k + 1) * 60.0]).collect();
         sites.sort_by(|a, b| a[1].total_cmp(&b[1]));
         let triangulation = triangulate(sites.clone(), 90, 60, &Control::new()).unwrap();
-        let areas = vec![0.0; 5000];
+        let areas = vec![0.1; 5000];
         let mut places = Places::new(&triangulation, &areas, Frame { width: 90.0, height: 60.0 });
         assert!(places.fixed.size < 2000);
         let all: Vec<u32> = (0..5000).collect();

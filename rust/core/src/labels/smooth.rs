@@ -28,7 +28,7 @@ const MAJORITIES: usize = 2;
 
 /// How much the neighbours count in the choice of a ground, as a difference of tones, and how often they are asked.
 const COHESION: f32 = 0.1;
-const COHESION_SWEEPS: usize = 4;
+const COHESION_SWEEPS: usize = 2;
 
 /// Nodes that one thread looks at, at least.
 const LEAST_PART: usize = 1 << 12;

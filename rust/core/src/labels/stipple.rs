@@ -112,8 +112,6 @@ pub fn stipple(
     let mut dots = Dots::choose(&parts);
     let frame = Frame { width: width as f64, height: height as f64 };
     let mut places = Places::new(triangulation, areas, frame);
-    // First by hops: asked once more, all have their nearest dot.
-    dots.share(&parts, &places);
     let mut shared = dots.share(&parts, &places);
     for _ in 0..STEPS {
         control.check()?;
@@ -280,12 +278,12 @@ impl Dots {
             }
         }
         let owners = nearest_by_hops(parts, &nodes, &at);
-        let owned = (0..count as u32).filter(|node| owners[*node as usize] != NONE).collect();
+        let owned = (0..count as u32).into_par_iter().filter(|node| owners[*node as usize] != NONE).collect();
         let is_beside = |node: &u32| {
             let node = *node as usize;
             at[node] == NONE && parts.row(node).iter().any(|other| at[*other as usize] != NONE) && parts.is_within_ground(node)
         };
-        let beside = (0..count as u32).filter(is_beside).collect();
+        let beside = (0..count as u32).into_par_iter().filter(is_beside).collect();
         Self { nodes, at, owners, owned, beside }
     }
 
