@@ -179,12 +179,16 @@ def main() -> None:
     budgets = [gs.draw(photo, options=gs.Options(nodes=nodes)) for nodes in (5_000, 20_000, 80_000)]
     write(folder / "nodes.png", [drawn(one, HEAD, 2) for one in budgets])
 
-    alphas = [gs.draw(photo, options=gs.Options(published=ours.replace(alpha=alpha), refine=0)) for alpha in (0, "tonal", 1)]
+    stippled = [gs.draw(photo, options=gs.Options(stippling=stippling)) for stippling in (0, 0.5, 0.8)]
+    write(folder / "stippling.png", [drawn(one, HEAD, 2) for one in stippled])
+
+    shapes = gs.Options(stippling=0)
+    published = [ours.replace(alpha=alpha) for alpha in (0, "tonal", 1)]
+    alphas = [gs.draw(photo, options=shapes.replace(published=one, refine=0)) for one in published]
     write(folder / "alpha.png", [drawn(one, HEAD, 2) for one in alphas])
 
-    refined = [
-        gs.draw(photo, options=options) for options in (gs.Options(refine=0), gs.Options(), gs.Options(crispness=8, cohesion=1))
-    ]
+    refinements = (shapes.replace(refine=0), shapes, shapes.replace(crispness=8, cohesion=1))
+    refined = [gs.draw(photo, options=options) for options in refinements]
     write(folder / "refinement.png", [drawn(one, HEAD, 2) for one in refined])
 
     # A map of one's own: a bright disc on the face, dim elsewhere.

@@ -31,6 +31,7 @@ from graphstipple_eval.results import Result
 from graphstipple_eval.selection import Selection
 
 GRID: dict[str, tuple[float, ...]] = {
+    "stippling": (0.6, 0.8, 1.2, 1.4),
     "shading": (0.5, 0.7, 1.4, 2),
     "sharpen": (0.5, 0.7, 1.4, 2),
     "local_contrast": (0.5, 0.7, 1.4, 2),
