@@ -93,9 +93,9 @@ def main() -> None:
     page += [
         "## The default and the paper's settings",
         "",
-        "Left `Options.paper()` with the default's node budget, in the middle the default with `stippling` 0, right the default: the",
-        "same number of nodes, a pixel of the picture for each of the photo's. docs/evaluation.md says how they are measured against",
-        "each other.",
+        "Left `Options.paper()` with the default's node budget, in the middle the default with `stippling` 0, right the",
+        "default: the same number of nodes, a pixel of the picture for each of the photo's. docs/evaluation.md says how they are",
+        "measured against each other.",
         "",
     ]
     for name, (better, wrong) in NOTES.items():

@@ -259,7 +259,7 @@ def test_the_stages_make_the_same_drawing(small: np.ndarray) -> None:
     mean = np.average(plain[~smooth], weights=cells.areas[~smooth])
     labels, _ = gs.stages.refine(edges, shapes, labels, areas=cells.areas, grounds=grounds, mean=mean)
     labels = gs.stages.clean(edges, plain, gs.stages.split(edges, shapes, labels))
-    labels, places, areas = gs.stages.stipple(sites, grounds, plain, labels, width, height, areas=cells.areas)
+    labels, places, areas = gs.stages.stipple(sites, grounds, plain, width, height, labels=labels, areas=cells.areas)
     np.testing.assert_array_equal(labels, drawing.graph.labels)
     np.testing.assert_array_equal(gs.stages.components(drawing.graph.edges, labels), drawing.graph.components)
     outline = gs.stages.outline(sites, labels, width, height, areas=areas, tones=tones, places=places)

@@ -471,7 +471,7 @@ def stippling_of(seed: int, n: int, how: str, noise: float, ground: str) -> tupl
 )
 def test_stipple(seed, n, how, noise, ground):
     sites, grounds, tones, labels, areas = stippling_of(seed, n, how, noise, ground)
-    found = stages.stipple(sites, grounds, tones, labels, 50, 40, areas=areas)
+    found = stages.stipple(sites, grounds, tones, 50, 40, labels=labels, areas=areas)
     expected = oracles.stipple(sites, grounds, tones, labels, areas, 50, 40)
     np.testing.assert_allclose(found.places, expected.places, rtol=0, atol=1e-6)
     dots = np.flatnonzero((grounds != oracles.STRUCTURED) & (found.labels != grounds))
@@ -488,7 +488,7 @@ def test_a_dot_that_has_handed_on_is_full_however_sums_are_rounded():
     sites = np.array([[4.58, 3.32], [1.86, 5.21], [3.48, 3.31], [1.77, 1.74], [3.15, 5.29], [1.14, 2.27]])
     black, tones, areas = np.zeros(6, np.uint8), np.full(6, 0.3), np.full(6, 6.0)
     for moved in (0, 1e-13):
-        found = stages.stipple(sites + moved, black, tones, black, 6, 6, areas=areas)
+        found = stages.stipple(sites + moved, black, tones, 6, 6, labels=black, areas=areas)
         expected = oracles.stipple(sites + moved, black, tones, black, areas, 6, 6)
         np.testing.assert_allclose(found.areas, expected.areas, rtol=0, atol=1e-6)
 
@@ -578,7 +578,7 @@ def test_a_drawing_is_what_the_stages_say(name, changes):
     assert labels.sum() == refined.sum()
     if drawing.options.stippling > 0:
         labels = stages.clean(graph.edges, plain, labels)
-        labels = stages.stipple(graph.sites, grounds, plain, labels, width, height, areas=areas).labels
+        labels = stages.stipple(graph.sites, grounds, plain, width, height, labels=labels, areas=areas).labels
     np.testing.assert_array_equal(labels, graph.labels)
     # The refinement is what brings the mean of structured parts to that of the photo there.
     if structured.any():

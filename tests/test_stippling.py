@@ -51,7 +51,7 @@ def case(seed: int, n: int, width: int, height: int, noise: float, stippling: fl
     tones = np.clip(tones, 0, 1).astype(np.float32)
     grounds, areas = stages.grounds(sites, edges, tones, stippling), stages.cells(sites, width, height).areas
     labels = (random.random(n) < tones).astype(np.uint8)
-    found = stages.stipple(sites, grounds, tones, labels, width, height, areas=areas)
+    found = stages.stipple(sites, grounds, tones, width, height, labels=labels, areas=areas)
     return Case((width, height), sites, edges, tones, grounds, labels, areas, found)
 
 
@@ -82,7 +82,7 @@ def test_structured_parts_stay_as_they_are(made):
     np.testing.assert_array_equal(found.areas[~made.dots], made.areas[~made.dots])
     # What the labels were in smooth parts does not matter.
     other = np.where(structured, made.labels, 1 - made.labels)
-    again = stages.stipple(made.sites, made.grounds, made.tones, other, *made.size, areas=made.areas)
+    again = stages.stipple(made.sites, made.grounds, made.tones, *made.size, labels=other, areas=made.areas)
     for one, same in zip(again, found, strict=True):
         np.testing.assert_array_equal(one, same)
 
@@ -146,7 +146,7 @@ def test_dots_have_room_for_their_ink(tones):
     values = np.interp(sites @ [0.8, 0.6], [0, 0.8 * width + 0.6 * height], tones).astype(np.float32)
     grounds = stages.grounds(sites, stages.triangulate(sites, width, height), values, 1.0)
     np.testing.assert_array_equal(grounds, int(tones[0] > 0.5))
-    labels, places, areas = stages.stipple(sites, grounds, values, grounds, width, height)
+    labels, places, areas = stages.stipple(sites, grounds, values, width, height, labels=grounds)
     picture = stages.outline(sites, labels, width, height, areas=areas, places=places)
     dots = labels != grounds
     assert len(picture.stipples) == dots.sum() > 300
@@ -213,7 +213,9 @@ NOT_A_NUMBER = [0.3, 0.3, np.nan, 0.3, 0.3]
 def test_stipple_refuses_what_breaks_its_rules(changes, match):
     given_ones = {**GIVEN, **changes}
     with pytest.raises(gs.InvalidInputError, match=match):
-        stages.stipple(SITES, *(given_ones[name] for name in ("grounds", "tones", "labels")), 10, 10, areas=given_ones["areas"])
+        stages.stipple(
+            SITES, given_ones["grounds"], given_ones["tones"], 10, 10, labels=given_ones["labels"], areas=given_ones["areas"]
+        )
 
 
 @pytest.mark.parametrize(

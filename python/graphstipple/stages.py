@@ -481,10 +481,10 @@ def stipple(
     sites: npt.ArrayLike,
     grounds: npt.ArrayLike,
     tones: npt.ArrayLike,
-    labels: npt.ArrayLike,
     width: int,
     height: int,
     *,
+    labels: npt.ArrayLike,
     areas: npt.ArrayLike | None = None,
 ) -> Stippled:
     """Return the labels with dots in smooth parts, which carry what the ground lacks there (docs/method.md).
@@ -497,10 +497,10 @@ def stipple(
         By `grounds`.
     tones : array_like, (n,)
         Tone of every node without emphasis, in [0, 1].
-    labels : array_like, (n,)
-        0 black, 1 white; what they are in smooth parts does not matter.
     width, height : int
         Canvas in pixels.
+    labels : array_like, (n,)
+        0 black, 1 white; what they are in smooth parts does not matter.
     areas : array_like, (n,), optional
         Cell area of every node in px^2; by default by `cells`.
 
