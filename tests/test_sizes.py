@@ -172,7 +172,8 @@ def test_a_pdf_is_the_picture_of_the_png(folder, style):
     expected = averaged(grey(Image.open(draw(folder, "out.png", "--page", "800x800px", "--margin", "20px"))), 4)
     found = averaged(grey(pdf_page(draw(folder, "out.pdf", *arguments, *style)).render(scale=4 * 96 / 72).to_pil()), 4)
     assert found.shape == expected.shape
-    assert np.abs(found - expected).mean() < 2
+    # Two inks beside each other leave a seam around every dot.
+    assert np.abs(found - expected).mean() < (3 if "both" in style else 2)
     assert np.abs(found - expected).max() < 64
 
 

@@ -95,7 +95,7 @@ class OptionFields:
     Parameters
     ----------
     nodes : int, optional
-        Nodes to keep, within 1 %: more make a finer drawing. 3 to 1,000,000,000 nodes. None: 0.3 a pixel, at most 300,000.
+        Nodes to keep, within 1 %: more make a finer drawing. 3 to 1,000,000,000 nodes. None: 0.3 a pixel, 1,080 to 300,000.
     fineness : float
         Factor on the default number of nodes: above 1 finer, below 1 bolder. Above 0 to 16.
     nodes_per_pixel : float, optional

@@ -32,7 +32,7 @@ declare! {
     Options {
         /// Nodes to keep, within 1 %: more make a finer drawing.
         nodes: Option<u64> = None, Whole(3, MOST_NODES), "nodes", Nodes, Everyday, [Emphasis, FirstGraph];
-            absent "auto", "0.3 a pixel, at most 300,000";
+            absent "auto", "0.3 a pixel, 1,080 to 300,000";
         /// Factor on the default number of nodes: above 1 finer, below 1 bolder.
         fineness: f64 = 1.0, UpTo(16.0), "", Nodes, Everyday, [Emphasis, FirstGraph];
         /// Nodes to keep for every pixel: another way to say nodes.
