@@ -1,7 +1,8 @@
 //! The whole method: the only file that knows the order of the stages.
 //!
 //! luma -> tone -> emphasized tone; importance with detail -> lattice values -> labels -> kept sites -> relaxed sites -> Delaunay
-//! graph -> node tones -> grounds of smooth parts -> labels, refined, fused dots split, cleaned -> dots of smooth parts -> components -> outlines -> drawing.
+//! graph -> node tones -> grounds of smooth parts -> labels, refined, fused dots split, cleaned -> dots of smooth parts ->
+//! components -> outlines -> drawing.
 //!
 //! Every stage is handed the options as [`super::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
 //! that of a [`super::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
