@@ -112,18 +112,18 @@ pub fn stipple(
     let mut dots = Dots::choose(&parts);
     let frame = Frame { width: width as f64, height: height as f64 };
     let mut places = Places::new(triangulation, areas, frame);
-    let mut shared = dots.share(&parts, &places);
+    let mut shares = dots.share(&parts, &places);
     for _ in 0..STEPS {
         control.check()?;
-        dots.step(&parts, &dots.carried(&shared), &mut places);
-        shared = dots.share(&parts, &places);
+        dots.step(&parts, &dots.carried(&parts, &shares), &mut places);
+        shares = dots.share(&parts, &places);
     }
-    let carried = dots.carried(&shared);
+    let carried = dots.carried(&parts, &shares);
     for _ in 0..MAKING_ROOM {
         control.check()?;
         dots.make_room(&parts, &carried, &mut places);
     }
-    let inks = dots.inks_with_room(&carried, &shared, &places);
+    let inks = dots.inks_with_room(&carried, &shares, &places);
     let (mut labels, mut areas) = (labels.clone(), areas.to_vec());
     for (node, ink) in dots.nodes.iter().map(|node| *node as usize).zip(inks) {
         if ink > 0.0 && ink >= LEAST_INK * parts.cell_around(node) {
@@ -210,24 +210,9 @@ struct Sharing {
 
 /// A dot's share of a node.
 struct Share {
+    node: u32,
     dot: u32,
     ink: f64,
-    site: [f64; 2],
-}
-
-/// The shares of some nodes, one node after the other.
-struct Shared {
-    shares: Vec<Share>,
-    /// Where those of every node end.
-    ends: Vec<usize>,
-}
-
-impl Shared {
-    /// The shares of every node.
-    fn groups(&self) -> impl Iterator<Item = &[Share]> {
-        let mut begin = 0;
-        self.ends.iter().map(move |end| &self.shares[std::mem::replace(&mut begin, *end)..*end])
-    }
 }
 
 /// The dots, none beside another.
@@ -287,31 +272,25 @@ impl Dots {
         Self { nodes, at, owners, owned, beside }
     }
 
-    /// Shares every node's ink among the dots about it, and finds the nearest of them anew.
-    fn share(&mut self, parts: &Parts, places: &Places) -> Vec<Shared> {
+    /// Shares every node's ink among the dots about it, and finds the nearest of them anew. Shares are in the order of the nodes.
+    fn share(&mut self, parts: &Parts, places: &Places) -> Vec<Vec<Share>> {
         let dots: Vec<[f64; 2]> = self.nodes.iter().map(|node| places.places[*node as usize]).collect();
         let of_nodes = |nodes: &[u32]| {
-            let mut shared = Shared { shares: Vec::with_capacity(2 * nodes.len()), ends: Vec::with_capacity(nodes.len()) };
-            let (mut nearest, mut sharing) = (Vec::with_capacity(nodes.len()), Vec::with_capacity(MOST_SHARING));
-            for node in nodes.iter().map(|node| *node as usize) {
-                self.find_sharing(parts, &dots, node, &mut sharing);
+            let (mut shares, mut nearest) = (Vec::with_capacity(2 * nodes.len()), Vec::with_capacity(nodes.len()));
+            let mut sharing = Vec::with_capacity(MOST_SHARING);
+            for node in nodes {
+                let ink = parts.lacks[*node as usize] * parts.areas[*node as usize];
+                self.find_sharing(parts, &dots, *node as usize, &mut sharing);
                 nearest.push(sharing[0].dot);
-                let (ink, site) = (parts.lacks[node] * parts.areas[node], parts.site(node));
-                shared.shares.extend(sharing.iter().map(|sharing| Share { dot: sharing.dot, ink: sharing.share * ink, site }));
-                shared.ends.push(shared.shares.len());
+                shares.extend(sharing.iter().map(|Sharing { dot, share, .. }| Share { node: *node, dot: *dot, ink: share * ink }));
             }
-            (nearest, shared)
+            (nearest, shares)
         };
-        let found: Vec<(Vec<u32>, Shared)> = self.owned.par_chunks(NODES_AT_ONCE).map(of_nodes).collect();
-        let mut owned = self.owned.iter();
-        let mut all = Vec::with_capacity(found.len());
-        for (nearest, shared) in found {
-            for (dot, node) in nearest.into_iter().zip(owned.by_ref()) {
-                self.owners[*node as usize] = dot;
-            }
-            all.push(shared);
+        let (nearest, shares): (Vec<Vec<u32>>, _) = self.owned.par_chunks(NODES_AT_ONCE).map(of_nodes).unzip();
+        for (node, dot) in self.owned.iter().zip(nearest.into_iter().flatten()) {
+            self.owners[*node as usize] = dot;
         }
-        all
+        shares
     }
 
     /// The dots that share a node, the nearest first: it, and those whose bisector with it cuts the node's cell. Each has about the part
@@ -361,10 +340,10 @@ impl Dots {
     }
 
     /// What every dot stands for, summed in the order of the nodes.
-    fn carried(&self, shared: &[Shared]) -> Vec<Carried> {
+    fn carried(&self, parts: &Parts, shares: &[Vec<Share>]) -> Vec<Carried> {
         let mut carried = vec![Carried::default(); self.nodes.len()];
-        for Share { dot, ink, site: [x, y] } in shared.iter().flat_map(|shared| &shared.shares) {
-            let carried = &mut carried[*dot as usize];
+        for Share { node, dot, ink } in shares.iter().flatten() {
+            let ([x, y], carried) = (parts.site(*node as usize), &mut carried[*dot as usize]);
             carried.ink += ink;
             carried.moment = [carried.moment[0] + ink * x, carried.moment[1] + ink * y];
         }
@@ -415,7 +394,7 @@ impl Dots {
     }
 
     /// The ink of every dot, after those that have no room for theirs have handed it on to those that share nodes with them.
-    fn inks_with_room(&self, carried: &[Carried], shared: &[Shared], places: &Places) -> Vec<f64> {
+    fn inks_with_room(&self, carried: &[Carried], shares: &[Vec<Share>], places: &Places) -> Vec<f64> {
         let mut inks: Vec<f64> = carried.iter().map(|carried| carried.ink).collect();
         let most = |node: &u32| {
             let radius = STAR_FILL * places.room(*node as usize);
@@ -427,7 +406,7 @@ impl Dots {
             let (mut takers, mut handed) = (vec![0u32; inks.len()], vec![0.0; inks.len()]);
             // Those that share a node, one of which has too much and the other has not.
             let mut pairs = Vec::new();
-            for group in shared.iter().flat_map(Shared::groups) {
+            for group in shares.iter().flat_map(|shares| shares.chunk_by(|a, b| a.node == b.node)) {
                 for from in group.iter().map(|share| share.dot as usize).filter(|dot| over[*dot] > 0.0) {
                     for to in group.iter().map(|share| share.dot as usize).filter(|dot| inks[*dot] < most[*dot]) {
                         takers[from] += 1;
