@@ -145,8 +145,7 @@ def refine(
     edges: npt.NDArray[np.uint32],
     tones: npt.NDArray[np.float32],
     labels: npt.NDArray[np.uint8],
-    areas: npt.NDArray[np.float64],
-    grounds: npt.NDArray[np.uint8] | None,
+    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8] | None],
     mean: float | None,
     options: Options,
 ) -> tuple[npt.NDArray[np.uint8], float]: ...
@@ -169,11 +168,10 @@ def stipple(
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
 def components(edges: npt.NDArray[np.uint32], labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint32]: ...
 def outline(
-    sites: npt.NDArray[np.float64],
+    positions: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64] | None],
     labels: npt.NDArray[np.uint8],
     areas: npt.NDArray[np.float64],
     tones: npt.NDArray[np.float32] | None,
-    places: npt.NDArray[np.float64] | None,
     size: tuple[int, int],
     options: Options,
 ) -> tuple[

@@ -406,7 +406,7 @@ def refine(
     cell_areas = np.ones(len(values)) if areas is None else _array("areas", areas, np.float64, 1)
     smooth = None if grounds is None else _array("grounds", grounds, np.uint8, 1)
     given = _array("labels", labels, np.uint8, 1)
-    return Refined(*_core.refine(_edges(edges), values, given, cell_areas, smooth, mean, options._checked))
+    return Refined(*_core.refine(_edges(edges), values, given, (cell_areas, smooth), mean, options._checked))
 
 
 def split(edges: npt.ArrayLike, tones: npt.ArrayLike, labels: npt.ArrayLike, most: int = _OURS.split) -> npt.NDArray[np.uint8]:
@@ -586,7 +586,7 @@ def outline(
     canvas = _count("width", width), _count("height", height)
     followed = None if tones is None else _array("tones", tones, np.float32, 1)
     drawn_at = None if places is None else _array("places", places, np.float64, 2)
-    stipples, regions = _core.outline(positions, values, cell_areas, followed, drawn_at, canvas, options._checked)
+    stipples, regions = _core.outline((positions, drawn_at), values, cell_areas, followed, canvas, options._checked)
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
 
 

@@ -184,11 +184,11 @@ pub(crate) fn refine<'py>(
     edges: PyReadonlyArray2<'py, u32>,
     tones: PyReadonlyArray1<'py, f32>,
     labels: PyReadonlyArray1<'py, u8>,
-    areas: PyReadonlyArray1<'py, f64>,
-    grounds: Option<PyReadonlyArray1<'py, u8>>,
+    cells: (PyReadonlyArray1<'py, f64>, Option<PyReadonlyArray1<'py, u8>>),
     mean: Option<f64>,
     options: &Options,
 ) -> PyResult<(Bound<'py, PyArray1<u8>>, f64)> {
+    let (areas, grounds) = cells;
     let parameters = Refinement::of(&options.checked, mean);
     let (edges, tones, areas) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&areas));
     let (mut labels, grounds) = (arrays::values(&labels), grounds.as_ref().map(arrays::values));
@@ -293,14 +293,14 @@ pub(crate) fn components<'py>(
 #[pyfunction]
 pub(crate) fn outline<'py>(
     py: Python<'py>,
-    sites: PyReadonlyArray2<'py, f64>,
+    positions: (PyReadonlyArray2<'py, f64>, Option<PyReadonlyArray2<'py, f64>>),
     labels: PyReadonlyArray1<'py, u8>,
     areas: PyReadonlyArray1<'py, f64>,
     tones: Option<PyReadonlyArray1<'py, f32>>,
-    places: Option<PyReadonlyArray2<'py, f64>>,
     size: (usize, usize),
     options: &Options,
 ) -> PyResult<(StippleArrays<'py>, Vec<RegionArrays<'py>>)> {
+    let (sites, places) = positions;
     let options = options.checked.clone();
     let sites = arrays::pairs("sites", &sites)?;
     let (labels, areas, tones) = (arrays::values(&labels), arrays::values(&areas), tones.as_ref().map(arrays::values));

@@ -477,14 +477,11 @@ mod tests {
             let grounds = grounds(&triangulation.graph, &tones, 0.5).unwrap();
             let Stippled { labels, marks } = stippled(&triangulation, &grounds, &tones, &areas);
             let is_dot = |node: usize| labels[node] != grounds[node];
-            let (mut ink, mut canvas) = (0.0, 0.0);
-            for node in 0..tones.len() {
-                canvas += areas[node];
-                if is_dot(node) {
-                    ink += marks.areas[node];
-                    assert!(triangulation.graph.row(node).iter().all(|other| !is_dot(*other as usize)));
-                }
+            let dots: Vec<usize> = (0..tones.len()).filter(|node| is_dot(*node)).collect();
+            for dot in &dots {
+                assert!(triangulation.graph.row(*dot).iter().all(|other| !is_dot(*other as usize)));
             }
+            let (ink, canvas) = (dots.iter().map(|dot| marks.areas[*dot]).sum::<f64>(), areas.iter().sum::<f64>());
             assert!((ink / canvas - tone.min(1.0 - tone)).abs() < 2e-3, "{tone}: {}", ink / canvas);
         }
     }
