@@ -177,6 +177,22 @@ fn graph_anywhere(nodes: usize, edges: &[[u32; 2]]) -> graphstipple_core::Result
     Graph::from_edges(vec![[0.0; 2]; nodes], edges)
 }
 
+/// Labels changed by a stage that asks for edges and tones alone.
+fn relabelled<'py>(
+    py: Python<'py>,
+    edges: &PyReadonlyArray2<'py, u32>,
+    tones: &PyReadonlyArray1<'py, f32>,
+    labels: &PyReadonlyArray1<'py, u8>,
+    stage: impl FnOnce(&Graph, &[f32], &mut [u8]) -> graphstipple_core::Result<()> + Send + 'static,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let (edges, tones, mut labels) = (arrays::pairs("edges", edges)?, arrays::values(tones), arrays::values(labels));
+    let labels = watch::run_core(py, move |_| {
+        stage(&graph_anywhere(labels.len(), &edges)?, &tones, &mut labels)?;
+        Ok(labels)
+    })?;
+    Ok(labels.into_pyarray(py))
+}
+
 /// Labels refined, and the shift that gave them their mean.
 #[pyfunction]
 pub(crate) fn refine<'py>(
@@ -209,13 +225,7 @@ pub(crate) fn split<'py>(
     labels: PyReadonlyArray1<'py, u8>,
     most: u32,
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
-    let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
-    let labels = watch::run_core(py, move |_| {
-        let graph = graph_anywhere(labels.len(), &edges)?;
-        core::split(&graph, &tones, &mut labels, most)?;
-        Ok(labels)
-    })?;
-    Ok(labels.into_pyarray(py))
+    relabelled(py, &edges, &tones, &labels, move |graph, tones, labels| core::split(graph, tones, labels, most))
 }
 
 /// The grounds of smooth parts.
@@ -242,12 +252,7 @@ pub(crate) fn clean<'py>(
     tones: PyReadonlyArray1<'py, f32>,
     labels: PyReadonlyArray1<'py, u8>,
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
-    let (edges, tones, mut labels) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&labels));
-    let labels = watch::run_core(py, move |_| {
-        core::clean(&graph_anywhere(labels.len(), &edges)?, &tones, &mut labels)?;
-        Ok(labels)
-    })?;
-    Ok(labels.into_pyarray(py))
+    relabelled(py, &edges, &tones, &labels, core::clean)
 }
 
 /// Labels (n,), places (n, 2) and areas (n,) with the dots of smooth parts.

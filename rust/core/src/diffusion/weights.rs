@@ -66,12 +66,7 @@ impl LocalMean {
     pub(crate) fn mean(&mut self, graph: &impl Adjacency, values: &[f32], center: usize) -> f64 {
         if self.radius == 1 {
             // As nearly always; no node is met twice.
-            let (mut sum, mut count) = (f64::from(values[center]), 1.0);
-            graph.for_each_neighbor(center, |neighbor, _| {
-                sum += f64::from(values[neighbor]);
-                count += 1.0;
-            });
-            return sum / count;
+            return graph.mean_around(center, values);
         }
         self.reached.clear();
         self.seen.clear();

@@ -19,6 +19,16 @@ pub trait Adjacency: Sync {
 
     /// Calls `visit(neighbour, distance in px)` for every neighbour of `node`, in the graph's fixed order.
     fn for_each_neighbor(&self, node: usize, visit: impl FnMut(usize, f64));
+
+    /// The mean of values over a node and its neighbours.
+    fn mean_around(&self, node: usize, values: &[impl Copy + Into<f64>]) -> f64 {
+        let (mut sum, mut count) = (values[node].into(), 1.0);
+        self.for_each_neighbor(node, |neighbor, _| {
+            sum += values[neighbor].into();
+            count += 1.0;
+        });
+        sum / count
+    }
 }
 
 /// Sites with their adjacency.

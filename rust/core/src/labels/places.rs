@@ -57,7 +57,7 @@ impl<'a> Places<'a> {
 
     /// Visits some nodes, in ascending order, but for those that have neighbours beyond the bands beside their own.
     pub(super) fn visit(&mut self, nodes: &[u32], visit: impl Fn(&mut Band, usize) + Sync) {
-        let (fixed, count) = (&self.fixed, self.places.len());
+        let fixed = &self.fixed;
         for parity in 0..2 {
             let mut own = Vec::new();
             let mut others: Vec<&[Point]> = Vec::new();
@@ -74,9 +74,9 @@ impl<'a> Places<'a> {
                 let after = number / 2 + parity;
                 let before = after.checked_sub(1).and_then(|before| others.get(before)).copied().unwrap_or_default();
                 let after = others.get(after).copied().unwrap_or_default();
-                let end = first + places.len();
+                let [begin, end] =
+                    [first, first + places.len()].map(|node| nodes.partition_point(|other| (*other as usize) < node));
                 let mut band = Band { fixed, first, places, before, after };
-                let [begin, end] = [first, end.min(count)].map(|node| nodes.partition_point(|other| (*other as usize) < node));
                 for node in nodes[begin..end].iter().map(|node| *node as usize) {
                     if band.reaches(node) {
                         visit(&mut band, node);

@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use crate::base::{Error, Result};
-use crate::graph::{Graph, check_finite, check_one_a_node};
+use crate::graph::{Adjacency, Graph, check_finite, check_one_a_node};
 
 /// The ground of a node in a part with structure: none.
 pub const STRUCTURED: u8 = 2;
@@ -94,11 +94,7 @@ fn for_nodes<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Ve
 
 /// The mean over every node and its neighbours.
 fn mean_around(graph: &Graph, values: &[f32]) -> Vec<f32> {
-    for_nodes(values.len(), |node| {
-        let row = graph.row(node);
-        let sum = row.iter().fold(f64::from(values[node]), |sum, other| sum + f64::from(values[*other as usize]));
-        (sum / (row.len() + 1) as f64) as f32
-    })
+    for_nodes(values.len(), |node| graph.mean_around(node, values) as f32)
 }
 
 /// Black where the tones are dark, white where they are light; within a few percent of middle grey what the neighbours are.

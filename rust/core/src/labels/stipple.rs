@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use crate::base::{Control, Error, Frame, Result, STAR_FILL};
-use crate::graph::{Triangulation, check_areas, check_finite, check_labels, check_one_a_node, distance_squared};
+use crate::graph::{Adjacency, Triangulation, check_areas, check_finite, check_labels, check_one_a_node, distance_squared};
 use crate::labels::places::Places;
 use crate::labels::smooth::STRUCTURED;
 
@@ -121,7 +121,7 @@ pub fn stipple(
     let carried = dots.carried(&parts, &shares);
     for _ in 0..MAKING_ROOM {
         control.check()?;
-        dots.make_room(&parts, &carried, &mut places);
+        dots.make_room(&carried, &mut places);
     }
     let inks = dots.inks_with_room(&carried, &shares, &places);
     let (mut labels, mut areas) = (labels.clone(), areas.to_vec());
@@ -168,8 +168,7 @@ impl Parts<'_> {
 
     /// The mean area of the cells of a node and its neighbours.
     fn cell_around(&self, node: usize) -> f64 {
-        let row = self.row(node);
-        row.iter().fold(self.areas[node], |sum, other| sum + self.areas[*other as usize]) / (row.len() + 1) as f64
+        self.triangulation.graph.mean_around(node, self.areas)
     }
 
     /// How far from others a dot at this node would like to be.
@@ -225,7 +224,9 @@ struct Dots {
     owners: Vec<u32>,
     /// The nodes that have an owner.
     owned: Vec<u32>,
-    /// The nodes beside dots, which move out of their way.
+    /// Whether a node is one beside a dot that moves out of its way.
+    gives_way: Vec<bool>,
+    /// The nodes that do.
     beside: Vec<u32>,
 }
 
@@ -264,12 +265,12 @@ impl Dots {
         }
         let owners = nearest_by_hops(parts, &nodes, &at);
         let owned = (0..count as u32).into_par_iter().filter(|node| owners[*node as usize] != NONE).collect();
-        let is_beside = |node: &u32| {
-            let node = *node as usize;
+        let gives_way = |node: usize| {
             at[node] == NONE && parts.row(node).iter().any(|other| at[*other as usize] != NONE) && parts.is_within_ground(node)
         };
-        let beside = (0..count as u32).into_par_iter().filter(is_beside).collect();
-        Self { nodes, at, owners, owned, beside }
+        let gives_way: Vec<bool> = (0..count).into_par_iter().map(gives_way).collect();
+        let beside = (0..count as u32).filter(|node| gives_way[*node as usize]).collect();
+        Self { nodes, at, owners, owned, gives_way, beside }
     }
 
     /// Shares every node's ink among the dots about it, and finds the nearest of them anew. Shares are in the order of the nodes.
@@ -372,7 +373,7 @@ impl Dots {
     }
 
     /// Moves the rims of stars that are too small for their dots outwards, and dots away from rims that cannot move.
-    fn make_room(&self, parts: &Parts, carried: &[Carried], places: &mut Places) {
+    fn make_room(&self, carried: &[Carried], places: &mut Places) {
         places.visit(&self.nodes, |places, node| {
             let needed = ROOM_TO_SPARE * carried[self.at[node] as usize].radius() / STAR_FILL;
             if places.room(node, places.place(node)) >= needed {
@@ -380,7 +381,7 @@ impl Dots {
             }
             for side in places.rim(node) {
                 let Some([x, y]) = places.way_out(node, side, needed) else { continue };
-                for end in side.into_iter().filter(|end| self.at[*end] == NONE && parts.is_within_ground(*end)) {
+                for end in side.into_iter().filter(|end| self.gives_way[*end]) {
                     let from = places.place(end);
                     places.move_towards(end, [from[0] + x, from[1] + y], |_, _| true);
                 }
