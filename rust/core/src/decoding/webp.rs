@@ -1,0 +1,117 @@
+//! WebP (RFC 9649): in, a file; out, its picture, or the first of an animation. The chunks are looked through here, so that lengths
+//! that are not there never reach the decoder, the crate `image-webp`.
+
+use std::io::Cursor;
+
+use image_webp::WebPDecoder;
+
+use super::canvas::{Model, Stored};
+use super::colour::{Colours, Depth};
+use super::exif::Exif;
+use super::kinds::Container::WebP;
+use super::reading::{Job, Opened, PROFILE_BYTES, Source, all_bytes, decoded, needs_memory, room};
+use crate::base::Result;
+use crate::photo::Samples;
+
+/// Rows that are handed on at once.
+const ROWS: usize = 512;
+
+/// A chunk's name and content, and whether all of it is there.
+struct Chunk<'a> {
+    name: [u8; 4],
+    content: &'a [u8],
+    whole: bool,
+}
+
+/// The chunks of a file or of a frame.
+fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
+    let mut chunks = Vec::new();
+    while let Some(([a, b, c, d, length @ ..], rest)) = bytes.split_first_chunk::<8>() {
+        let length = u32::from_le_bytes(*length) as usize;
+        let content = &rest[..length.min(rest.len())];
+        chunks.push(Chunk { name: [*a, *b, *c, *d], content, whole: content.len() == length });
+        bytes = rest.get(length + (length & 1)..).unwrap_or_default();
+    }
+    chunks
+}
+
+/// Reads a file onto the canvas.
+pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
+    let bytes = all_bytes(source)?;
+    let found = chunks(bytes.get(12..).unwrap_or_default());
+    let picture = [*b"VP8 ", *b"VP8L", *b"ANMF"];
+    // What lies behind the picture is of no use.
+    let Some(at) = found.iter().position(|chunk| picture.contains(&chunk.name)) else {
+        return Err(WebP.cut_short("there is no picture in it"));
+    };
+    if let Some(chunk) = found[..=at].iter().find(|chunk| !chunk.whole) {
+        return Err(WebP.cut_short(&format!("only {} bytes of its picture are there", chunk.content.len())));
+    }
+    let of = |name: &[u8; 4]| found.iter().find(|chunk| chunk.name == *name && chunk.whole).map(|chunk| chunk.content);
+    let exif = of(b"EXIF").map(Exif::of).unwrap_or_default();
+    let colours = match of(b"ICCP") {
+        Some(profile) if profile.len() > PROFILE_BYTES => {
+            return Err(WebP.unsupported(&format!("a colour profile of {} bytes", profile.len())));
+        }
+        Some(profile) => Colours::of_icc(profile),
+        None if exif.adobe_rgb => Colours::adobe_rgb(),
+        None => Colours::Srgb,
+    };
+    // The decoder gets the header and the picture alone, in a file that says how long it is: a second frame that is cut short is no
+    // reason to refuse the first, and other chunks are none of its concern.
+    let alone = alone(&found, at);
+    let unreadable = |_| WebP.damaged("its picture cannot be decoded");
+    let mut decoder = decoded(WebP, || WebPDecoder::new(Cursor::new(&alone[..])).map_err(unreadable))?;
+    let (width, height) = decoder.dimensions();
+    let alpha = decoder.has_alpha();
+    let stored = Stored {
+        width: width as usize,
+        height: height as usize,
+        model: Model::Rgb,
+        alpha,
+        premultiplied: false,
+        orientation: exif.orientation,
+    };
+    job.begin(&Opened { stored, colours, depth: Depth::U8 })?;
+    let row = stored.width * stored.channels();
+    // The planes and the pixels.
+    needs_memory(stored.width * stored.height * 8)?;
+    let mut samples = room(row * stored.height)?;
+    decoded(WebP, || {
+        if decoder.is_animated() {
+            let _ = decoder.set_background_color([0; 4]);
+            decoder.read_frame(&mut samples).map(drop).map_err(unreadable)
+        } else {
+            decoder.read_image(&mut samples).map_err(unreadable)
+        }
+    })?;
+    for (band, samples) in samples.chunks(ROWS * row).enumerate() {
+        job.canvas()?.put(0, band * ROWS, stored.width, Samples::U8(samples))?;
+    }
+    Ok(())
+}
+
+/// A file of the chunks that the picture at `at` needs.
+fn alone(found: &[Chunk], at: usize) -> Vec<u8> {
+    let needed = [*b"VP8X", *b"ALPH", *b"ANIM"];
+    let kept = found[..at].iter().filter(|chunk| needed.contains(&chunk.name)).chain([&found[at]]);
+    let mut file = b"RIFF\0\0\0\0WEBP".to_vec();
+    for chunk in kept {
+        file.extend(chunk.name);
+        file.extend((chunk.content.len() as u32).to_le_bytes());
+        let begin = file.len();
+        file.extend(chunk.content);
+        if chunk.name == *b"VP8X"
+            && let Some(flags) = file.get_mut(begin)
+        {
+            // No profile, EXIF data or XMP any more.
+            *flags &= !0b0010_1100;
+        }
+        if file.len() % 2 == 1 {
+            file.push(0);
+        }
+    }
+    let length = (file.len() - 8) as u32;
+    file[4..8].copy_from_slice(&length.to_le_bytes());
+    file
+}
