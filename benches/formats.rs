@@ -48,9 +48,9 @@ const WAYS: [Way; 9] = [
 fn main() -> Result<(), Box<dyn Error>> {
     let sizes = if is_smoke_run() { TINY_SIZES.to_vec() } else { SIZES.to_vec() };
     for [width, height] in sizes {
-        let Photo { luma, importance } = photo(width, height);
+        let Photo { photo, importance } = photo(width, height);
         let began = Instant::now();
-        let Outcome { drawing, stats, .. } = draw(&luma, &importance, &options(), &Control::new())?;
+        let Outcome { drawing, stats, .. } = draw(&photo, &importance, &options(), &Control::new())?;
         let making = began.elapsed().as_secs_f64();
         println!(
             "\n{width} x {height} pixels: {making:.3} s to make the drawing, {} stipples, {} regions",

@@ -103,11 +103,11 @@ def command(path: Path, runs: int) -> Figure:
         seconds.append(done.seconds)
 
     seconds: list[float] = []
-    luma = _core.read_luma(str(path), (255, 255, 255))
+    photo = _core.read_photo(str(path), (255, 255, 255), OPTIONS._checked)
     decoding, drawing, _ = medians(
         runs,
-        lambda: _core.read_luma(str(path), (255, 255, 255)),
-        lambda: _core.draw(luma, "saliency", OPTIONS._checked),
+        lambda: _core.read_photo(str(path), (255, 255, 255), OPTIONS._checked),
+        lambda: _core.draw(photo, "saliency", OPTIONS._checked),
         whole,
     )
     ours = statistics.median(seconds)

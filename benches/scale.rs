@@ -9,8 +9,8 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use graphstipple_bench::{Limit, Photo, after, is_smoke_run, median, options, photo};
-use graphstipple_core::stages::Alpha;
-use graphstipple_core::{Checked, Control, Options, Published, Session, draw};
+use graphstipple_core::stages::{Alpha, Checked};
+use graphstipple_core::{Control, Options, Published, Session, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 /// A size to measure.
@@ -168,11 +168,11 @@ fn in_child(size: Size, nodes: Nodes) -> Result<Measures, Box<dyn Error>> {
 
 /// Medians over all runs at one size.
 fn measure(size: Size, options: &Checked<Options>) -> Result<Measures, Box<dyn Error>> {
-    let Photo { luma, importance } = photo(size.width, size.height);
+    let Photo { photo, importance } = photo(size.width, size.height);
     let mut found: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     let mut measures = Measures::new();
     for run in 0..size.runs {
-        let outcome = draw(&luma, &importance, options, &Control::new())?;
+        let outcome = draw(&photo, &importance, options, &Control::new())?;
         if run == 0 {
             // Before spade gets its own share of the memory.
             if let Some(bytes) = peak_memory() {
@@ -187,7 +187,7 @@ fn measure(size: Size, options: &Checked<Options>) -> Result<Measures, Box<dyn E
         let spade = began.elapsed().as_secs_f64();
         assert_eq!(mesh.num_vertices(), outcome.stats.nodes, "spade loaded another graph");
         let total = outcome.stats.seconds["total"];
-        let mut session = Session::new(luma.clone(), importance.clone());
+        let mut session = Session::new(photo.clone(), importance.clone());
         let published = Published { alpha: Alpha::Dynamic, ..options.published };
         session.draw(&Options { published, ..options.clone().into_inner() }.check()?, &Control::new())?;
         let relabel = session.draw(options, &Control::new())?.stats.seconds["total"];

@@ -5,7 +5,8 @@ pub mod stages;
 
 pub use photo::{Photo, photo};
 
-use graphstipple_core::{Checked, Options, Published};
+use graphstipple_core::stages::Checked;
+use graphstipple_core::{Options, Published};
 
 /// The options that are measured: as many lattice nodes as pixels, of which 0.3 a pixel are kept.
 ///

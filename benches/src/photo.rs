@@ -9,15 +9,22 @@
 //! photo is the same on every machine, whatever the number of threads.
 
 use graphstipple_core::stages::fine_grained;
-use graphstipple_core::{Field, Importance};
+use graphstipple_core::{Field, Importance, Photo as CorePhoto};
 
 /// What a drawing is made from.
 #[derive(Debug, Clone)]
 pub struct Photo {
     /// The photo, its values being integers / 255 as in most files.
-    pub luma: Field,
+    pub photo: CorePhoto,
     /// Its fine-grained saliency.
     pub importance: Importance,
+}
+
+impl Photo {
+    /// Its luma.
+    pub fn luma(&self) -> &Field {
+        self.photo.luma()
+    }
 }
 
 /// The photo at a size in pixels, at least 1 x 1.
@@ -34,7 +41,8 @@ pub fn photo(width: usize, height: usize) -> Photo {
     }
     let importance = Importance::saliency(fine_grained(&luma, width, height));
     let values = luma.iter().map(|v| f32::from(*v) / 255.0).collect();
-    Photo { luma: Field::new(width, height, values).expect("8-bit values over 255 are in [0, 1]"), importance }
+    let luma = Field::new(width, height, values).expect("8-bit values over 255 are in [0, 1]");
+    Photo { photo: CorePhoto::new(luma), importance }
 }
 
 /// Where the hills meet the sky and the ground, in heights of the photo.

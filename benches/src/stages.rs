@@ -4,11 +4,11 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use graphstipple_core::stages::{
-    Diffusion, FirstGraph, Nodes, Refinement, Shaping, TonedCells, Triangulation, assemble, cells, components, diffuse,
+    Checked, Diffusion, FirstGraph, Nodes, Refinement, Shaping, TonedCells, Triangulation, assemble, cells, components, diffuse,
     diffuse_lattice, emphasize, fine_grained, first_graph, grounds, kept_sites, lattice_means, outline, raster::rasterize, refine,
     relax, samples_per_pixel, stipple, toned_cells, triangulate,
 };
-use graphstipple_core::{Checked, Control, Export, Field, Format, Options, Outcome, Result, draw};
+use graphstipple_core::{Control, Export, Field, Format, Options, Outcome, Result, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
 use crate::Photo;
@@ -100,9 +100,9 @@ impl Prepared {
     /// If the options have no density: the lattice is then chosen inside of the pipeline.
     pub fn new(photo: Photo, options: Checked<Options>) -> Result<Self> {
         let control = Control::new();
-        let (width, height) = (photo.luma.width(), photo.luma.height());
+        let (width, height) = (photo.luma().width(), photo.luma().height());
         let samples = samples_per_pixel(options.published.density.expect("the measured options have a density"));
-        let outcome = draw(&photo.luma, &photo.importance, &options, &control)?;
+        let outcome = draw(&photo.photo, &photo.importance, &options, &control)?;
         let first = first_graph(&outcome.importance, &options, &control)?;
         let means = lattice_means(&first.lattice, &outcome.importance, samples, &control)?;
         let values = means.into_iter().map(|value| (f64::from(value) * first.factor).min(1.0) as f32).collect();
@@ -110,9 +110,9 @@ impl Prepared {
         let sites = &outcome.graph.sites;
         let points = sites.iter().map(|[x, y]| Point2::new(*x, *y)).collect();
         let triangulation = triangulate(sites.clone(), width, height, &control)?;
-        let emphasized = emphasize(&photo.luma, options.budget((width * height) as f64).spacing, &options);
-        let TonedCells { areas, means, plain } = toned_cells(sites, &emphasized, &photo.luma, samples, &control)?;
-        let bytes = photo.luma.values().iter().map(|value| (255.0 * value + 0.5) as u8).collect();
+        let emphasized = emphasize(photo.luma(), options.budget((width * height) as f64).spacing, &options);
+        let TonedCells { areas, means, plain } = toned_cells(sites, &emphasized, photo.luma(), samples, &control)?;
+        let bytes = photo.luma().values().iter().map(|value| (255.0 * value + 0.5) as u8).collect();
         let diffused = diffuse(&*triangulation.graph, &means, Some(&areas), &Diffusion::of_tone(&options), &control)?;
         Ok(Self {
             photo,
@@ -135,7 +135,7 @@ impl Prepared {
 
     /// One line that says what is measured.
     pub fn summary(&self) -> String {
-        let (width, height) = (self.photo.luma.width(), self.photo.luma.height());
+        let (width, height) = (self.photo.luma().width(), self.photo.luma().height());
         format!("{width} x {height} pixels, {} lattice nodes, {} kept", self.first.labels.len(), self.points.len())
     }
 
@@ -143,14 +143,14 @@ impl Prepared {
     pub fn whole(&self) -> Stage<'_> {
         Stage::new("whole_drawing", Threads::Mixed, || {
             let options = Options { threads: Some(rayon::current_num_threads()), ..self.options.clone().into_inner() }.check()?;
-            draw(&self.photo.luma, &self.photo.importance, &options, &self.control)
+            draw(&self.photo.photo, &self.photo.importance, &options, &self.control)
         })
     }
 
     /// The stages in the order of the pipeline, before them the saliency and after them two exports.
     pub fn stages(&self) -> Vec<Stage<'_>> {
         use Threads::{Mixed, Parallel, Serial};
-        let (luma, importance, options, control) = (&self.photo.luma, &self.photo.importance, &self.options, &self.control);
+        let (luma, importance, options, control) = (self.photo.luma(), &self.photo.importance, &self.options, &self.control);
         let (width, height) = (luma.width(), luma.height());
         let budget = options.budget((width * height) as f64);
         let samples = samples_per_pixel(budget.density);

@@ -7,14 +7,14 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleWarning, InvalidInputError
-from graphstipple._inputs import ImageLike, is_pil, read_luma
+from graphstipple._inputs import ImageLike, is_pil, read_photo
 from graphstipple.drawing import Drawing, RecordedOptions, known
 from graphstipple.options import Options
 
@@ -51,7 +51,8 @@ def draw(
         Where detail is wanted: "saliency" (the default), "none" (everywhere), "constant:V" with V in (0, 1], or a map of any
         size, as a file, PIL image or array (height, width), white where detail is wanted. A callable gets the photo's luma, float32
         (height, width) in [0, 1], and returns any of these. The photo's own detail is mixed into saliency and maps as `detail`,
-        `floor` and `midtones` of the options say.
+        `floor` and `midtones` of the options say. What has far more pixels than the drawing's nodes can use is reduced while it is
+        read, the photo and a map each by its own size (see `stats`, and docs/method.md); a callable gets the luma as it is drawn.
     options : Options, optional
         By default ``Options()``. Those of a drawing that was loaded can be used too, where this version knows them all.
     progress : callable, optional
@@ -77,7 +78,7 @@ def draw(
     options = known(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
-    result = _core.draw(*_read(image, importance, options._checked.background, seconds, report), options._checked, progress)
+    result = _core.draw(*_read(image, importance, options._checked, seconds, report), options._checked, progress)
     report("outlines", 1.0)
     return _drawing(result, options, seconds)
 
@@ -92,9 +93,10 @@ class Session:
     `Drawing.save` computes nothing anew.
 
     The image and the importance are read here, and once: a saliency or a callable is not evaluated again. Only a drawing with
-    another `background` than the last one reads them again, since transparent parts then look different.
+    another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a map
+    has more than a megapixel, one whose number of nodes asks for another reduction.
 
-    A session keeps about 16 bytes a pixel of the photo, 1 a lattice node, 86 a node, and the last drawing; a drawing shares its
+    A session keeps about 16 bytes a pixel of the photo as reduced, 1 a lattice node, 86 a node, and the last drawing; a drawing shares its
     graph and its importance with the session. Threads may use one session: they draw one after the other.
 
     Parameters
@@ -126,7 +128,7 @@ class Session:
     def __init__(self, image: ImageLike, importance: ImportanceLike = "saliency") -> None:
         self._image = image
         self._importance = importance
-        self._state = self._begin(Options(), {}, _silent)
+        self._session = self._begin(Options(), {}, _silent)
 
     def draw(self, options: Options | RecordedOptions | None = None, progress: Progress | None = None) -> Drawing:
         """Draw the photo in black and white, as `draw` does, from where the options begin to differ from the last ones.
@@ -156,33 +158,26 @@ class Session:
         options = known(options)
         seconds: dict[str, float] = {}
         report = progress or _silent
-        state = self._state
-        if state.background != options._checked.background:
-            state = self._begin(options, seconds, report)
+        session = self._session
+        if not session.fits(options._checked):
+            session = self._begin(options, seconds, report)
             # In one step: threads with different backgrounds each have their own, and the last one's stays.
-            self._state = state
-        result = state.session.draw(options._checked, progress)
+            self._session = session
+        result = session.draw(options._checked, progress)
         report("outlines", 1.0)
         return _drawing(result, options, seconds)
 
     def __repr__(self) -> str:
-        session = self._state.session
+        session = self._session
         width, height = session.size
         return f"<graphstipple.Session {width} x {height}: importance {session.importance}>"
 
-    def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _State:
+    def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _core.Session:
         checked = options._checked
-        session = _core.Session(*_read(self._image, self._importance, checked.background, seconds, report), checked)
+        session = _core.Session(*_read(self._image, self._importance, checked, seconds, report), checked)
         for stage, spent in session.seconds.items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
-        return _State(checked.background, session)
-
-
-class _State(NamedTuple):
-    """What a session has of an image on a background."""
-
-    background: tuple[int, int, int]
-    session: _core.Session
+        return session
 
 
 def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float]) -> Drawing:
@@ -193,28 +188,28 @@ def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float]) -
 
 
 def _read(
-    image: ImageLike, importance: ImportanceLike, background: tuple[int, int, int], seconds: dict[str, float], report: Progress
-) -> tuple[npt.NDArray[np.float32], str | npt.NDArray[np.float32]]:
-    """Return the image's luma, and the source of its importance for the core: a name or a map."""
+    image: ImageLike, importance: ImportanceLike, options: _core.Options, seconds: dict[str, float], report: Progress
+) -> tuple[_core.Photo, str | _core.Photo]:
+    """Return the image, and the source of its importance for the core: a name or a map."""
     report("decoding", 0.0)
     start = time.perf_counter()
-    luma = read_luma(image, background)
+    photo = read_photo(image, options.background, options)
     seconds["decoding"] = time.perf_counter() - start
     if importance is None:
         importance = "saliency"
     if callable(importance):
-        importance = importance(luma.copy())
+        importance = importance(photo.luma)
     if isinstance(importance, os.PathLike):
         # A path is no name, even where it looks like one.
         importance = str(Path(os.fsdecode(importance)).absolute())
     if isinstance(importance, str):
-        return luma, importance
+        return photo, importance
     if not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
         raise InvalidInputError(f"the importance has the shape {np.asarray(importance).shape}, but it must be (height, width)")
     start = time.perf_counter()
-    map_ = read_luma(importance, background, "importance")
+    map_ = read_photo(importance, options.background, options, "importance")
     seconds["decoding"] += time.perf_counter() - start
-    return luma, map_
+    return photo, map_
 
 
 def _silent(stage: str, fraction: float) -> None:

@@ -43,12 +43,19 @@ def read_luma(image: ImageLike, background: tuple[int, int, int], name: str = "i
     ImageFileError
         If a file cannot be read as an image.
     """
+    return read_photo(image, background, None, name).luma
+
+
+def read_photo(
+    image: ImageLike, background: tuple[int, int, int], options: _core.Options | None, name: str = "image"
+) -> _core.Photo:
+    """Return an image as `read_luma` does, for the core, reduced while it is read as the options ask for: by None not at all."""
     if isinstance(image, (str, os.PathLike)):
-        return _core.read_luma(os.fsdecode(image), background)
+        return _core.read_photo(os.fsdecode(image), background, options)
     if is_pil(image):
-        return _core.luma(_from_pil(image), background)
+        return _core.photo(_from_pil(image), background, options)
     if hasattr(image, "__array__"):
-        return _core.luma(_from_array(np.asarray(image), name), background)
+        return _core.photo(_from_array(np.asarray(image), name), background, options)
     raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
 
 

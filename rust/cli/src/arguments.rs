@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use graphstipple_core::stages::{
-    Audience, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_SIDE, PUBLISHED, Preset, Rule, SETTINGS, Setting,
-    Source, Style, Value, Writer, named_length, preset,
+    Audience, Checked, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_SIDE, PUBLISHED, Preset, Rule, SETTINGS,
+    Setting, Source, Style, Value, Writer, named_length, preset,
 };
-use graphstipple_core::{Checked, Export, Format, Options, presets};
+use graphstipple_core::{Export, Format, Options, presets};
 
 use crate::error::{Error, Result};
 use crate::files::{format_of_path, is_same_file};

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use graphstipple_core::stages::{Source, Writer, decode};
-use graphstipple_core::{Control, Drawing, Field, Format, Importance};
+use graphstipple_core::{Control, Drawing, Field, Format, Importance, Options, Photo};
 
 use crate::error::{Error, Result};
 
@@ -29,44 +29,48 @@ pub fn format_of_path(path: &Path) -> Result<Format> {
     }
 }
 
-/// Reads an image file as luma, transparent parts composited on `background` (sRGB).
+/// Reads an image file, transparent parts composited on `background` (sRGB), and reduces it as the options ask for; without options it
+/// stays as it is.
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be read, [`Error::Photo`] if it is no image that the core takes.
-pub fn read_photo(path: &Path, background: [u8; 3]) -> Result<Field> {
+pub fn read_photo(path: &Path, background: [u8; 3], options: Option<&Options>) -> Result<Photo> {
     let bytes = fs::read(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
-    decode_photo(path, &bytes, background)
+    decode_photo(path, &bytes, background, options)
 }
 
 /// Reads an image from standard input, as [`read_photo`] does from a file.
 ///
 /// # Errors
 /// As [`read_photo`]; the path in the error is `-`.
-pub fn read_standard_input(background: [u8; 3]) -> Result<Field> {
+pub fn read_standard_input(background: [u8; 3], options: Option<&Options>) -> Result<Photo> {
     let path = Path::new("-");
     let mut bytes = Vec::new();
     io::stdin().lock().read_to_end(&mut bytes).map_err(|source| Error::File { path: path.to_owned(), source })?;
-    decode_photo(path, &bytes, background)
+    decode_photo(path, &bytes, background, options)
 }
 
-fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3]) -> Result<Field> {
-    decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })
+fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3], options: Option<&Options>) -> Result<Photo> {
+    let luma = decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })?;
+    let factor = options.map_or(1, |options| options.reduction(luma.width(), luma.height()));
+    Ok(Photo::reduced(luma, factor))
 }
 
-/// The importance of a photo, given as luma. Files are laid on `background` as the photo is. The seconds that it took are added under
-/// their stage: `saliency`, or `decoding` for a file.
+/// The importance of a photo, given as the luma that is drawn. Files are laid on the options' background and reduced as the photo is,
+/// by their own size. The seconds that it took are added under their stage: `saliency`, or `decoding` for a file.
 ///
 /// # Errors
 /// As [`read_photo`]; [`Error::Core`] where it was cancelled.
 pub fn evaluate(
     source: Source,
     luma: &Field,
-    background: [u8; 3],
+    options: &Options,
     seconds: &mut BTreeMap<String, f64>,
     control: &Control,
 ) -> Result<Importance> {
     let (began, stage) = (Instant::now(), source.stage());
-    let importance = source.evaluate(luma, |path| read_photo(Path::new(path), background), control)?;
+    let read = |path: &str| read_photo(Path::new(path), options.background.rgb(), Some(options));
+    let importance = source.evaluate(luma, read, control)?;
     control.check()?;
     *seconds.entry(stage.to_owned()).or_default() += began.elapsed().as_secs_f64();
     Ok(importance)
@@ -278,9 +282,9 @@ mod tests {
     fn files_that_cannot_be_read() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("none.png");
-        let error = read_photo(&missing, [255; 3]).unwrap_err();
+        let error = read_photo(&missing, [255; 3], None).unwrap_err();
         assert_eq!(error.to_string(), format!("{}: the file does not exist", missing.display()));
-        let error = read_photo(folder.path(), [255; 3]).unwrap_err();
+        let error = read_photo(folder.path(), [255; 3], None).unwrap_err();
         assert_eq!(error.to_string(), format!("{}: this is a folder, not a file", folder.path().display()));
     }
 }

@@ -168,15 +168,15 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let mut seconds = BTreeMap::new();
     let begin = Instant::now();
     let background = job.options.background.rgb();
-    let luma = match &job.photo {
-        Some(path) => files::read_photo(path, background)?,
-        None => files::read_standard_input(background)?,
+    let photo = match &job.photo {
+        Some(path) => files::read_photo(path, background, Some(&job.options))?,
+        None => files::read_standard_input(background, Some(&job.options))?,
     };
     seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
     // Sizes that cannot be are better told now than after the work.
-    let least_radius = job.check_sizes(luma.width(), luma.height())?;
-    let importance = files::evaluate(job.importance.clone(), &luma, background, &mut seconds, control)?;
-    let outcome = draw_owned(luma, importance, &job.options, control)?;
+    let least_radius = job.check_sizes(photo.width(), photo.height())?;
+    let importance = files::evaluate(job.importance.clone(), photo.luma(), &job.options, &mut seconds, control)?;
+    let outcome = draw_owned(photo, importance, &job.options, control)?;
 
     let warning = outcome.warning;
     let mut stats = outcome.stats;

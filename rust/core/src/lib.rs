@@ -28,10 +28,10 @@ mod pipeline;
 
 pub mod stages;
 
-pub use base::{Checked, Control, Error, Result};
+pub use base::{Control, Error, Result};
 pub use drawing::Drawing;
 pub use files::{Export, Format, load};
 pub use importance::Importance;
 pub use options::{Options, Published, presets};
-pub use photo::Field;
+pub use photo::{Field, Photo};
 pub use pipeline::{Outcome, Session, draw};

@@ -3,12 +3,14 @@
 // What all stages share: the geometry of the canvas, inks and colours.
 pub use crate::base::{Color, FLATTENING_TOLERANCE, Ink, Side, signed_area};
 // What options hold.
+pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
-    DeclarationOf, ErrorWeighting, Group, Inks, LatticeKind, Order, PUBLISHED, Point, Preset, Rule, Stage, Value, preset, schema,
+    DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
+    Stage, Value, preset, schema,
 };
 // From a photo to the tone.
-pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, decode, emphasize, luma, luma_to_u8};
+pub use crate::photo::{MAX_SIDE, Pixels, Reducer, Samples, adjust, decode, emphasize, luma, luma_to_u8};
 // Where detail is wanted.
 pub use crate::importance::{KINDS, Kind, Source, fine_grained};
 // Graphs, and what is found on them.

@@ -1,7 +1,7 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
 use graphstipple_core::stages::{FLATTENING_TOLERANCE, Inks, RingPart, Stipple, Style, signed_area};
-use graphstipple_core::{Control, Drawing, Export, Field, Format, Importance, Options, Outcome, Published, Result, load};
+use graphstipple_core::{Control, Drawing, Export, Field, Format, Importance, Options, Outcome, Photo, Published, Result, load};
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
 
@@ -118,7 +118,11 @@ fn picture(width: usize, height: usize, seed: u64, grain: usize) -> Field {
 
 /// The drawing of a picture whose importance is the same everywhere.
 fn draw(luma: &Field, importance: f32, options: Options) -> Outcome {
-    graphstipple_core::draw(luma, &Importance::Constant(importance), &options.check().unwrap(), &Control::new()).unwrap()
+    draw_photo(&Photo::new(luma.clone()), importance, options)
+}
+
+fn draw_photo(photo: &Photo, importance: f32, options: Options) -> Outcome {
+    graphstipple_core::draw(photo, &Importance::Constant(importance), &options.check().unwrap(), &Control::new()).unwrap()
 }
 
 /// The parameters of the published method with this density.
@@ -141,6 +145,7 @@ proptest! {
     #[test]
     fn drawings_are_sound_and_survive_files(
         width in 1usize..40, height in 1usize..40, seed in any::<u64>(), grain in 1usize..7,
+        factor in prop_oneof![2 => Just(1), 1 => 2usize..6],
         density in prop_oneof![Just(0.3), Just(1.0), Just(4.0)],
         tolerance in prop_oneof![Just(0.0), Just(0.1), Just(0.25), Just(0.5), Just(1.0), Just(2.0)],
         stipple_scale in prop_oneof![Just(1.0), Just(4.0)],
@@ -150,17 +155,20 @@ proptest! {
         irregularity in prop_oneof![Just(0.0), Just(0.5), Just(1.0)],
     ) {
         let options = Options {
-            published: of_density(density), tolerance, stipple_scale, stipple_min, stipple_max, irregularity, seed: seed >> 11,
-            ..Options::default()
+            published: of_density(density / (factor * factor) as f64), tolerance, stipple_scale, stipple_min, stipple_max,
+            irregularity, seed: seed >> 11, ..Options::default()
         };
-        let luma = picture(width, height, seed, grain);
-        let drawing = draw(&luma, 0.5, options.clone()).drawing;
+        // Mostly with a remainder, when it is reduced.
+        let luma = picture(factor * width + seed as usize % factor, factor * height + width % factor, seed, grain * factor);
+        let photo = Photo::reduced(luma, factor);
+        let drawing = draw_photo(&photo, 0.5, options.clone()).drawing;
+        prop_assert_eq!((drawing.width, drawing.height), (photo.width(), photo.height()));
         check(&drawing);
         prop_assert!(drawing.stipples.iter().all(|dot| dot.radius <= stipple_max.unwrap_or(f64::INFINITY)));
         // Irregular dots are curves too, but the tolerance is not about them.
         let [simple, full] = [tolerance, 0.0].map(|tolerance| {
             let options = Options { tolerance, irregularity: 0.0, ..options.clone() };
-            draw(&luma, 0.5, options).drawing
+            draw_photo(&photo, 0.5, options).drawing
         });
         check_distance(&simple, &full, tolerance);
 

@@ -9,40 +9,40 @@ use graphstipple_core::stages::{
     Components, FLATTENING_TOLERANCE, Graph, Ink, Labels, Source, TonedCells, Writer, draw_owned, named_length, raster,
 };
 use graphstipple_core::{Drawing as CoreDrawing, Error, Field, Format, Outcome};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::{Map, Value as Json};
 
 use crate::options::{self, Options};
+use crate::photo::Photo;
 use crate::{arrays, errors, values, watch};
 
-/// Draw luma (height, width) with an importance: the name of a source, or a map.
+/// Draw a photo with an importance: the name of a source, or a map.
 #[pyfunction]
-#[pyo3(signature = (luma, importance, options, progress=None))]
+#[pyo3(signature = (photo, importance, options, progress=None))]
 pub(crate) fn draw(
     py: Python<'_>,
-    luma: PyReadonlyArray2<'_, f32>,
+    photo: &Photo,
     importance: &Bound<'_, PyAny>,
     options: &Options,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Drawing> {
-    let (luma, source, options) = (arrays::field(&luma)?, source(importance)?, options.checked.clone());
-    let background = options.background.rgb();
+    let (photo, source, options) = (photo.photo.clone(), source(importance)?, options.checked.clone());
     let outcome = watch::run(py, progress, errors::from_files, move |control| {
         let mut seconds = BTreeMap::new();
-        let importance = files::evaluate(source, &luma, background, &mut seconds, control)?;
-        let mut outcome = draw_owned(luma, importance, &options, control)?;
+        let importance = files::evaluate(source, photo.luma(), &options, &mut seconds, control)?;
+        let mut outcome = draw_owned(photo, importance, &options, control)?;
         outcome.stats.add_seconds(seconds);
         Ok(outcome)
     })?;
     Drawing::of(outcome)
 }
 
-/// A source of importance: the name of one, or a map (height, width).
+/// A source of importance: the name of one, or a map.
 pub(crate) fn source(given: &Bound<'_, PyAny>) -> PyResult<Source> {
-    match given.extract::<PyReadonlyArray2<'_, f32>>() {
-        Ok(map) => arrays::field(&map).map(Source::Map),
+    match given.cast::<Photo>() {
+        Ok(map) => Ok(Source::Map(map.get().photo.clone())),
         Err(_) => Source::parse(&given.extract::<String>()?).map_err(errors::from_core),
     }
 }
@@ -67,6 +67,7 @@ pub(crate) struct Drawing {
 /// What the stages made on the way to the drawing. A drawing from a file has none of it.
 #[derive(Clone)]
 struct Stages {
+    factor: usize,
     graph: Arc<Graph>,
     cells: Arc<TonedCells>,
     labels: Arc<Labels>,
@@ -77,11 +78,11 @@ struct Stages {
 impl Drawing {
     /// What the pipeline made, for Python.
     pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
-        let Outcome { drawing, stats, warning, graph, cells, labels, components, importance } = outcome;
+        let Outcome { drawing, stats, factor, warning, graph, cells, labels, components, importance } = outcome;
         let Json::Object(stats) = serde_json::to_value(&stats).map_err(internal)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
-        Ok(Self { drawing, stats, warning, stages: Some(Stages { graph, cells, labels, components, importance }) })
+        Ok(Self { drawing, stats, warning, stages: Some(Stages { factor, graph, cells, labels, components, importance }) })
     }
 }
 
@@ -212,8 +213,9 @@ impl Drawing {
     /// The second graph; `None` for a drawing from a file.
     fn graph<'py>(&self, py: Python<'py>) -> PyResult<Option<GraphArrays<'py>>> {
         let Some(stages) = &self.stages else { return Ok(None) };
+        let sites = stages.graph.sites.iter().map(|site| site.map(|v| v * stages.factor as f64)).collect();
         Ok(Some((
-            arrays::from_pairs(py, stages.graph.sites.clone())?,
+            arrays::from_pairs(py, sites)?,
             arrays::from_pairs(py, stages.graph.edges().collect())?,
             stages.cells.means.clone().into_pyarray(py),
             stages.labels.labels.clone().into_pyarray(py),
@@ -223,7 +225,11 @@ impl Drawing {
 
     /// Importance on the canvas, (height, width); `None` for a drawing from a file.
     fn importance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.stages.as_ref().map(|stages| arrays::from_field(py, Field::clone(&stages.importance))).transpose()
+        let Some(stages) = &self.stages else { return Ok(None) };
+        let (importance, factor) = (Arc::clone(&stages.importance), stages.factor);
+        let (width, height) = (self.drawing.width, self.drawing.height);
+        let field = watch::run_core(py, move |_| importance.on_canvas(width, height, factor))?;
+        arrays::from_field(py, field).map(Some)
     }
 }
 

@@ -24,7 +24,7 @@ mod _core {
     #[pymodule_export]
     use crate::options::{Options, formats, of_preset, options_schema, presets, settings, sources};
     #[pymodule_export]
-    use crate::photo::{adjust, luma, luma_to_u8, read_luma, saliency};
+    use crate::photo::{Photo, adjust, luma_to_u8, photo, read_photo, saliency};
     #[pymodule_export]
     use crate::session::Session;
     #[pymodule_export]

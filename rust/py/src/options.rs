@@ -1,7 +1,7 @@
 //! Options, checked once when they are made; presets; the settings of files.
 
-use graphstipple_core::stages::{DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, preset, schema};
-use graphstipple_core::{Checked, Export, Format, Options as CoreOptions, presets as core_presets};
+use graphstipple_core::stages::{Checked, DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, preset, schema};
+use graphstipple_core::{Export, Format, Options as CoreOptions, presets as core_presets};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

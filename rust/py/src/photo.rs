@@ -1,53 +1,92 @@
-//! Photos to luma, and luma to saliency.
+//! Photos to luma, as they are or reduced, and luma to saliency.
 
 use std::path::PathBuf;
 
 use graphstipple_cli::files;
-use graphstipple_core::stages::{self as core, Pixels, Samples, fine_grained};
+use graphstipple_core::Photo as CorePhoto;
+use graphstipple_core::stages::{self as core, Pixels, Reducer, Samples, fine_grained};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::options::Options;
 use crate::{arrays, errors, watch};
 
-/// The luma of an image file, (height, width) in [0, 1], its transparency laid over the background (R, G, B).
-#[pyfunction]
-pub(crate) fn read_luma(py: Python<'_>, path: PathBuf, background: [u8; 3]) -> PyResult<Bound<'_, PyArray2<f32>>> {
-    let field = watch::run(py, None, errors::from_files, move |_| files::read_photo(&path, background))?;
-    arrays::from_field(py, field)
+/// A photo or a map that was read, with the size of its canvas.
+#[pyclass(frozen, module = "graphstipple._core")]
+pub(crate) struct Photo {
+    pub(crate) photo: CorePhoto,
 }
 
-/// Samples of an image, owned.
-enum Owned {
-    U8(Vec<u8>),
-    U16(Vec<u16>),
-    F32(Vec<f32>),
-}
-
-/// The luma of samples (height, width, channels) of uint8, uint16 or float32, (height, width) in [0, 1].
-#[pyfunction]
-pub(crate) fn luma<'py>(py: Python<'py>, samples: &Bound<'py, PyAny>, background: [u8; 3]) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    fn copied<T: Element + Copy>(array: &PyReadonlyArray3<'_, T>) -> Vec<T> {
-        array.as_array().iter().copied().collect()
+#[pymethods]
+impl Photo {
+    /// A copy of the luma that is drawn, (height, width) in [0, 1].
+    #[getter]
+    fn luma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        arrays::from_field(py, self.photo.luma().clone())
     }
-    let (shape, samples) = if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u8>>() {
-        (array.shape().to_vec(), Owned::U8(copied(&array)))
+
+    /// Width and height of the canvas in pixels.
+    #[getter]
+    fn size(&self) -> (usize, usize) {
+        (self.photo.width(), self.photo.height())
+    }
+
+    /// By how much it was reduced; 1 if it is as it was.
+    #[getter]
+    fn factor(&self) -> usize {
+        self.photo.factor()
+    }
+}
+
+/// An image file, its transparency laid over the background (R, G, B), reduced as the options ask for; without options as it is.
+#[pyfunction]
+pub(crate) fn read_photo(py: Python<'_>, path: PathBuf, background: [u8; 3], options: Option<&Options>) -> PyResult<Photo> {
+    let options = options.map(|options| options.checked.clone());
+    let read = move |_: &_| files::read_photo(&path, background, options.as_deref());
+    Ok(Photo { photo: watch::run(py, None, errors::from_files, read)? })
+}
+
+/// An image of samples (height, width, channels) of uint8, uint16 or float32, likewise.
+#[pyfunction]
+pub(crate) fn photo(py: Python<'_>, samples: &Bound<'_, PyAny>, background: [u8; 3], options: Option<&Options>) -> PyResult<Photo> {
+    if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u8>>() {
+        reduced(py, &array, |values| Samples::U8(values), background, options)
     } else if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u16>>() {
-        (array.shape().to_vec(), Owned::U16(copied(&array)))
+        reduced(py, &array, |values| Samples::U16(values), background, options)
     } else if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, f32>>() {
-        (array.shape().to_vec(), Owned::F32(copied(&array)))
+        reduced(py, &array, |values| Samples::F32(values), background, options)
     } else {
-        return Err(errors::invalid("the samples must be a three-dimensional array of uint8, uint16 or float32"));
-    };
-    let field = watch::run_core(py, move |_| {
-        let samples = match &samples {
-            Owned::U8(values) => Samples::U8(values),
-            Owned::U16(values) => Samples::U16(values),
-            Owned::F32(values) => Samples::F32(values),
-        };
-        core::luma(&Pixels { width: shape[1], height: shape[0], channels: shape[2], samples }, background)
-    })?;
-    arrays::from_field(py, field)
+        Err(errors::invalid("the samples must be a three-dimensional array of uint8, uint16 or float32"))
+    }
+}
+
+/// Samples that are copied out of an array at once: few, so that Ctrl-C is heard and next to no memory is taken, and enough to be quick.
+const COPIED: usize = 1 << 20;
+
+/// The photo of an array, which is copied band by band: while a band is worked on, other Python threads may run and write to the array.
+fn reduced<T: Element + Copy + Sync>(
+    py: Python<'_>,
+    array: &PyReadonlyArray3<'_, T>,
+    samples: for<'a> fn(&'a [T]) -> Samples<'a>,
+    background: [u8; 3],
+    options: Option<&Options>,
+) -> PyResult<Photo> {
+    let &[height, width, channels] = array.shape() else { return Err(errors::invalid("the samples have no three dimensions")) };
+    let factor = options.map_or(1, |options| options.checked.reduction(width, height));
+    let mut reducer = Reducer::new(width, height, factor).map_err(errors::from_core)?;
+    let all = array.as_slice().map_err(|error| errors::invalid(format!("the samples: {error}")))?;
+    let rows = (COPIED / (width * channels).max(1)).max(1);
+    for band in all.chunks((rows * width * channels).max(1)) {
+        let band = band.to_vec();
+        py.detach(|| {
+            let pixels = Pixels { width, height: band.len() / (width * channels), channels, samples: samples(&band) };
+            reducer.take(core::luma(&pixels, background)?.values());
+            Ok(())
+        })
+        .map_err(errors::from_core)?;
+        py.check_signals()?;
+    }
+    Ok(Photo { photo: reducer.finish().map_err(errors::from_core)? })
 }
 
 /// The tone of luma, (height, width) in [0, 1], adjusted as the options say.

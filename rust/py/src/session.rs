@@ -4,18 +4,21 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use graphstipple_cli::files;
-use graphstipple_core::Session as CoreSession;
-use numpy::PyReadonlyArray2;
+use graphstipple_core::{Importance, Photo as CorePhoto, Session as CoreSession};
 use pyo3::prelude::*;
 
 use crate::drawing::{Drawing, source};
 use crate::options::Options;
-use crate::{arrays, errors, watch};
+use crate::photo::Photo;
+use crate::{errors, watch};
 
 /// A photo and its importance, with what the last drawing of them left: `graphstipple.Session` wraps it.
 #[pyclass(frozen, module = "graphstipple._core")]
 pub(crate) struct Session {
-    size: (usize, usize),
+    /// What transparent parts were laid on.
+    background: [u8; 3],
+    /// The photo, and a map that was given.
+    read: Vec<CorePhoto>,
     importance: String,
     /// What it took to make the importance, by stage.
     seconds: BTreeMap<String, f64>,
@@ -26,23 +29,26 @@ pub(crate) struct Session {
 
 #[pymethods]
 impl Session {
-    /// A session on luma (height, width) with an importance, both as for `draw`; files are laid on the options' background.
+    /// A session on a photo with an importance, both as for `draw`, as they were read with these options.
     #[new]
-    fn new(py: Python<'_>, luma: PyReadonlyArray2<'_, f32>, importance: &Bound<'_, PyAny>, options: &Options) -> PyResult<Self> {
-        let (luma, source, background) = (arrays::field(&luma)?, source(importance)?, options.checked.background.rgb());
+    fn new(py: Python<'_>, photo: &Photo, importance: &Bound<'_, PyAny>, options: &Options) -> PyResult<Self> {
+        let (photo, source, options) = (photo.photo.clone(), source(importance)?, options.checked.clone());
+        let background = options.background.rgb();
         let (session, seconds) = watch::run(py, None, errors::from_files, move |control| {
             let mut seconds = BTreeMap::new();
-            let importance = files::evaluate(source, &luma, background, &mut seconds, control)?;
-            Ok((CoreSession::new(luma, importance), seconds))
+            let importance = files::evaluate(source, photo.luma(), &options, &mut seconds, control)?;
+            Ok((CoreSession::new(photo, importance), seconds))
         })?;
-        let (size, name) = ((session.luma().width(), session.luma().height()), session.importance().name());
-        Ok(Self { size, importance: name, seconds, session: Arc::new(Mutex::new(session)) })
+        let map = if let Importance::Map(map) = session.importance() { Some(map) } else { None };
+        let read = std::iter::once(session.photo()).chain(map).cloned().collect();
+        let name = session.importance().name();
+        Ok(Self { background, read, importance: name, seconds, session: Arc::new(Mutex::new(session)) })
     }
 
     /// Width and height of the canvas in pixels.
     #[getter]
     fn size(&self) -> (usize, usize) {
-        self.size
+        (self.read[0].width(), self.read[0].height())
     }
 
     /// Name of the importance: "saliency", "none", "constant:V" or "map".
@@ -55,6 +61,11 @@ impl Session {
     #[getter]
     fn seconds(&self) -> BTreeMap<String, f64> {
         self.seconds.clone()
+    }
+
+    /// Whether photo and importance would be read with these options as they were.
+    fn fits(&self, options: &Options) -> bool {
+        self.background == options.checked.background.rgb() && self.read.iter().all(|photo| photo.fits(&options.checked))
     }
 
     /// Draw with the options, from where they begin to differ from the last ones.

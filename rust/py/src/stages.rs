@@ -1,7 +1,7 @@
 //! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
 
 use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping, Stippled};
-use graphstipple_core::{Field, Importance, Options as CoreOptions};
+use graphstipple_core::{Field, Importance, Options as CoreOptions, Photo};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -63,7 +63,7 @@ pub(crate) fn mixed_importance<'py>(
     let mixed = watch::run_core(py, move |_| {
         let spacing = spacing(&tone, &options);
         let emphasized = core::emphasize(&tone, spacing, &options);
-        let importance = if is_factor { Importance::Map(map) } else { Importance::saliency(map) };
+        let importance = if is_factor { Importance::Map(Photo::new(map)) } else { Importance::saliency(map) };
         importance.mixed(&tone, &emphasized, spacing, &options)
     })?;
     arrays::from_field(py, mixed)

@@ -9,7 +9,9 @@ pub struct Stats {
     pub width: usize,
     /// Height of the canvas in pixels.
     pub height: usize,
-    /// Lattice nodes per pixel.
+    /// By which factor the photo was reduced before it was drawn; 1 if it was not.
+    pub reduction: usize,
+    /// Lattice nodes per pixel of the canvas.
     pub density: f64,
     /// Nodes of the first graph.
     pub lattice_nodes: usize,

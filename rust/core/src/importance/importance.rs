@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::base::Result;
 use crate::options::Options;
-use crate::photo::{FINE, Field, off_blurred};
+use crate::photo::{FINE, Field, Photo, off_blurred};
 
 /// The importance of a drawing, ready to use.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,8 +30,8 @@ pub enum Importance {
     },
     /// The same value everywhere, in (0, 1].
     Constant(f32),
-    /// The user's map, of any size: it is resampled to the photo.
-    Map(Field),
+    /// The user's map, of any size, as it was read: it is resampled to the photo's raster.
+    Map(Photo),
 }
 
 impl Importance {
@@ -107,13 +107,20 @@ impl Importance {
     fn on_canvas(&self, width: usize, height: usize) -> Result<Cow<'_, Field>> {
         match self {
             Self::Constant(value) => Field::constant(width, height, *value).map(Cow::Owned),
-            Self::OfPhoto { map, .. } | Self::Map(map) if map.values().iter().all(|v| *v == 0.0) => {
-                Field::constant(width, height, 1.0).map(Cow::Owned)
-            }
-            Self::OfPhoto { map, .. } | Self::Map(map) if [map.width(), map.height()] == [width, height] => Ok(Cow::Borrowed(map)),
-            Self::OfPhoto { map, .. } | Self::Map(map) => map.resample(width, height).map(Cow::Owned),
+            Self::OfPhoto { map, .. } => on_canvas(map, width, height),
+            Self::Map(map) => on_canvas(map.luma(), width, height),
         }
     }
+}
+
+fn on_canvas(map: &Field, width: usize, height: usize) -> Result<Cow<'_, Field>> {
+    if map.values().iter().all(|v| *v == 0.0) {
+        return Field::constant(width, height, 1.0).map(Cow::Owned);
+    }
+    if [map.width(), map.height()] == [width, height] {
+        return Ok(Cow::Borrowed(map));
+    }
+    map.resample(width, height).map(Cow::Owned)
 }
 
 /// The share of pixels whose detail counts as 1: single strong edges must not make all else seem flat.
@@ -154,7 +161,7 @@ mod tests {
 
     #[test]
     fn an_empty_map_stands_for_one_everywhere() {
-        let map = Importance::Map(Field::constant(3, 2, 0.0).unwrap());
+        let map = Importance::Map(Photo::new(Field::constant(3, 2, 0.0).unwrap()));
         assert_eq!(map.field(4, 4).unwrap(), Field::constant(4, 4, 1.0).unwrap());
     }
 
@@ -180,7 +187,7 @@ mod tests {
         assert_eq!(at(&saliency, &Options { detail: 0.0, ..options.clone() })[1], 0.625);
         assert_eq!(at(&saliency, &Options { detail: 0.0, floor: 0.0, midtones: 0.0, ..options.clone() }), [0.5; 3]);
         // A user's map is a factor, a constant is what it says.
-        let map = Importance::Map(Field::constant(60, 20, 0.5).unwrap());
+        let map = Importance::Map(Photo::new(Field::constant(60, 20, 0.5).unwrap()));
         assert_eq!(at(&map, &options)[1], 0.125);
         assert_eq!(at(&Importance::Constant(0.4), &options), [0.4; 3]);
         // A texture on less than a hundredth of an empty photo is detail all the same.

@@ -5,7 +5,7 @@
 
 use super::{Importance, saliency};
 use crate::base::{Control, Error, Result, Step};
-use crate::photo::Field;
+use crate::photo::{Field, Photo};
 
 /// Where the importance comes from.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub enum Source {
     /// A map in an image file: white is important.
     File(String),
     /// A map of any size: 1 is important.
-    Map(Field),
+    Map(Photo),
 }
 
 /// A kind of source that has a name.
@@ -90,14 +90,14 @@ impl Source {
         }
     }
 
-    /// The importance of a photo, given as luma. `read` makes a map of the path of an image file.
+    /// The importance of a photo, given as the luma that is drawn. `read` makes a map of the path of an image file.
     ///
     /// # Errors
     /// Those of `read`; [`Error::Cancelled`].
     pub fn evaluate<E: From<Error>>(
         self,
         luma: &Field,
-        read: impl FnOnce(&str) -> Result<Field, E>,
+        read: impl FnOnce(&str) -> Result<Photo, E>,
         control: &Control,
     ) -> Result<Importance, E> {
         control.begin(Step::Saliency)?;
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn names_stand_for_sources() {
         let luma = Field::constant(8, 6, 0.5).unwrap();
-        let map = Field::constant(2, 2, 0.25).unwrap();
+        let map = Photo::new(Field::constant(2, 2, 0.25).unwrap());
         let of = |name: &str| {
             let read = |path: &str| {
                 assert_eq!(path, "map.png");

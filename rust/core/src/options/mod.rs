@@ -14,7 +14,7 @@ mod value;
 
 use crate::base::{Checked, Error, Result};
 
-pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL};
+pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXELS, PIXELS_PER_NODE};
 pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};

@@ -1,9 +1,10 @@
-//! From a photo to the tone that is drawn. In: bytes of an image file or samples; out: luma, tone and emphasized tone, each a
-//! [`Field`]. Source: our own (the paper takes grey levels as given).
+//! From a photo to the tone that is drawn. In: bytes of an image file or samples; out: a [`Photo`] with its luma, tone and
+//! emphasized tone, each a [`Field`]. Source: our own (the paper takes grey levels as given).
 
 mod decode;
 mod emphasis;
 mod field;
+mod photo;
 mod tone;
 
 pub use decode::decode;
@@ -11,5 +12,6 @@ pub use emphasis::emphasize;
 pub(crate) use emphasis::{FINE, emphasize_and_off, off_blurred};
 pub(crate) use field::check_size;
 pub use field::{Field, MAX_SIDE};
+pub use photo::{Photo, Reducer};
 pub(crate) use tone::adjusted;
 pub use tone::{Pixels, Samples, adjust, luma, luma_to_u8};

@@ -4,6 +4,9 @@
 //! graph -> node tones -> grounds of smooth parts -> labels, refined, fused dots split, cleaned -> dots of smooth parts ->
 //! components -> outlines -> drawing.
 //!
+//! Of a photo that is reduced, the stages up to the labels work on its raster, with the options that [`Options::on_raster`] makes of
+//! those of the canvas. For the outlines the nodes are put where they stand on the canvas, so curves and dots are made there.
+//!
 //! Every stage is handed the options as [`super::needs`] makes them for it, and its result goes through its place in a [`Memory`]:
 //! that of a [`super::session::Session`] keeps it for the next drawing, that of [`draw`] does not.
 
@@ -21,7 +24,7 @@ use crate::labels::{
 };
 use crate::options::{Crossings, ErrorWeighting, Options, Stage};
 use crate::outlines::{Nodes, Shaping, outline};
-use crate::photo::{Field, adjusted, emphasize, emphasize_and_off, off_blurred};
+use crate::photo::{Field, Photo, adjusted, emphasize, emphasize_and_off, off_blurred};
 use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
 use crate::pipeline::needs::Needs;
 use crate::sites::{FirstGraph, keep, kept_sites, lattice_values, relax};
@@ -33,6 +36,9 @@ pub struct Outcome {
     pub drawing: Arc<Drawing>,
     /// Counts and times.
     pub stats: Stats,
+    /// By how much the photo was reduced, as its [`Photo::factor`]. What the stages made is in pixels of the reduced raster, of which
+    /// each is so many pixels of the canvas long; the drawing is in pixels of the canvas.
+    pub factor: usize,
     /// One sentence for whoever draws, where the drawing is hardly what they wanted: it is blank, though the photo is not flat.
     pub warning: Option<String>,
     /// The second graph.
@@ -43,25 +49,41 @@ pub struct Outcome {
     pub labels: Arc<Labels>,
     /// Component of every node.
     pub components: Arc<Components>,
-    /// The importance on the canvas, before the budget's factor.
+    /// The importance on the photo's raster, before the budget's factor.
     pub importance: Arc<Field>,
 }
 
-/// Draws a photo given as luma.
+/// Points of a reduced raster in pixels of the canvas.
+fn enlarged(points: &[[f64; 2]], factor: usize) -> Cow<'_, [[f64; 2]]> {
+    if factor == 1 {
+        return Cow::Borrowed(points);
+    }
+    Cow::Owned(points.iter().map(|point| point.map(|v| v * factor as f64)).collect())
+}
+
+/// Areas likewise.
+fn enlarged_areas(areas: &[f64], factor: usize) -> Cow<'_, [f64]> {
+    if factor == 1 {
+        return Cow::Borrowed(areas);
+    }
+    Cow::Owned(areas.iter().map(|area| area * (factor * factor) as f64).collect())
+}
+
+/// Draws a photo, reduced as it is.
 ///
 /// # Errors
 /// [`Error::Input`] for an importance map or canvas that cannot be used, or more nodes than the lattice has,
 /// [`Error::Cancelled`] after [`Control::cancel`].
-pub fn draw(luma: &Field, importance: &Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
-    draw_with(Cow::Borrowed(luma), Cow::Borrowed(importance), options, control, &mut Memory::new(false))
+pub fn draw(photo: &Photo, importance: &Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
+    draw_with(photo.clone(), Cow::Borrowed(importance), options, control, &mut Memory::new(false))
 }
 
 /// As [`draw`], with 8 bytes a pixel less at the peak: the photo and its map are given back as soon as they are done with.
 ///
 /// # Errors
 /// As [`draw`].
-pub fn draw_owned(luma: Field, importance: Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
-    draw_with(Cow::Owned(luma), Cow::Owned(importance), options, control, &mut Memory::new(false))
+pub fn draw_owned(photo: Photo, importance: Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
+    draw_with(photo, Cow::Owned(importance), options, control, &mut Memory::new(false))
 }
 
 /// Draws from what the memory has, and leaves there what it keeps.
@@ -69,7 +91,7 @@ pub fn draw_owned(luma: Field, importance: Importance, options: &Checked<Options
 /// # Errors
 /// As [`draw`]. The memory then has only whole results, each with what it was made from.
 pub(crate) fn draw_with(
-    luma: Cow<Field>,
+    photo: Photo,
     importance: Cow<Importance>,
     options: &Checked<Options>,
     control: &Control,
@@ -85,17 +107,19 @@ pub(crate) fn draw_with(
         options: options.to_json(),
         rest: serde_json::Map::new(),
     };
-    let needs = Needs::of(options, &importance);
-    let budget = options.budget((luma.width() * luma.height()) as f64);
+    let pixels = (photo.width() * photo.height()) as f64;
+    let needs = Needs::of(&options.on_raster(pixels, photo.factor()), &importance);
+    let budget = options.budget(pixels);
     let stats = Stats {
-        width: luma.width(),
-        height: luma.height(),
+        width: photo.width(),
+        height: photo.height(),
+        reduction: photo.factor(),
         density: budget.density,
         node_budget: budget.nodes.map(|n| n.round() as usize),
         ..Stats::default()
     };
     let stages = Stages { control, began: Instant::now(), stats };
-    pool.install(|| run(luma, importance, &needs, provenance, stages, memory))
+    pool.install(|| run(photo, importance, &needs, provenance, stages, memory))
 }
 
 /// Times the stages and tells the control where the work is.
@@ -152,13 +176,15 @@ impl Stages<'_> {
 
 /// All stages. What a stage made is dropped here as soon as no other needs it, and is gone with that unless the memory keeps it.
 fn run(
-    luma: Cow<Field>,
+    photo: Photo,
     importance: Cow<Importance>,
     needs: &Needs,
     provenance: Provenance,
     mut stages: Stages,
     memory: &mut Memory,
 ) -> Result<Outcome> {
+    let (canvas, factor) = ((photo.width(), photo.height()), photo.factor());
+    let luma = photo.into_shared_luma();
     let (width, height) = (luma.width(), luma.height());
     let (pixels, control) = ((width * height) as f64, stages.control);
 
@@ -208,8 +234,10 @@ fn run(
             Some(marks) => (&marks.places, &marks.areas),
             None => (&triangulation.graph.sites, &cells.areas),
         };
-        let nodes = Nodes { labels: &labels.labels, places, areas, tones: followed };
-        let outlines = outline(&triangulation, nodes, &components, (width, height), Shaping::of(needs), control)?;
+        // From here on all is on the canvas.
+        let (places, areas) = (enlarged(places, factor), enlarged_areas(areas, factor));
+        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones: followed };
+        let outlines = outline(&triangulation, nodes, &components, canvas, Shaping::of(needs), control)?;
         let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..assemble(outlines.parts)? });
         let (anchors, coordinates) = drawing.count_written();
         Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
@@ -230,7 +258,7 @@ fn run(
     };
     let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
     let warning = blank(&drawing, range);
-    Ok(Outcome { drawing, stats, warning, graph, cells, labels, components, importance: field })
+    Ok(Outcome { drawing, stats, factor, warning, graph, cells, labels, components, importance: field })
 }
 
 /// The largest difference of tones of a photo that counts as flat: one level of 8 bits, and what rounding adds.
@@ -280,7 +308,7 @@ fn labels_of(
     Ok(Labels { labels, shift, marks: Some(marks) })
 }
 
-/// The first graph of an importance on the canvas.
+/// The first graph of an importance on the photo's raster.
 fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mut Slot<FirstGraph>) -> Result<Arc<FirstGraph>> {
     if let Some(kept) = slot.get(needs) {
         return Ok(kept);
@@ -293,12 +321,12 @@ fn first_graph_of(field: &Field, needs: &Options, stages: &mut Stages, slot: &mu
 }
 
 /// The tone before emphasis.
-struct Plain<'a> {
+struct Plain {
     tone: Arc<Tone>,
-    luma: Cow<'a, Field>,
+    luma: Arc<Field>,
 }
 
-impl Plain<'_> {
+impl Plain {
     fn field(&self) -> &Field {
         self.tone.adjusted.as_ref().unwrap_or(&self.luma)
     }

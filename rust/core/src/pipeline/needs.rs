@@ -68,7 +68,7 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::options::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order, Point};
-    use crate::photo::Field;
+    use crate::photo::{Field, Photo};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
     pub(crate) const CHANGES: [fn(&mut Options); DECLARATIONS.len()] = [
@@ -135,7 +135,7 @@ pub(crate) mod tests {
     pub(crate) fn importances(width: usize, height: usize) -> [Importance; 3] {
         let values = (0..width * height).map(|i| (i % width) as f32 / width as f32).collect();
         let map = Field::new(width, height, values).unwrap();
-        [Importance::Constant(0.5), Importance::Map(Field::constant(3, 2, 0.7).unwrap()), Importance::saliency(map)]
+        [Importance::Constant(0.5), Importance::Map(Photo::new(Field::constant(3, 2, 0.7).unwrap())), Importance::saliency(map)]
     }
 
     #[test]

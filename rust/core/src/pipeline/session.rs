@@ -5,8 +5,8 @@
 //! session that keeps nothing, so a drawing does not depend on what was drawn before it.
 //!
 //! # Memory
-//! A session holds the luma (4 bytes a pixel) and the importance as given (a map: 4 bytes for each of its pixels), and keeps 8 bytes
-//! a pixel (emphasized tone, importance on the canvas), 4 more if the tone is not the luma, 1 byte a lattice node, 90 bytes a node
+//! A session holds the luma (4 bytes a pixel, as reduced) and the importance as given (a map: 4 bytes for each of its pixels), and keeps
+//! 8 bytes a pixel (emphasized tone, importance), 4 more if the tone is not the luma, 1 byte a lattice node, 90 bytes a node
 //! of the second graph, and the last drawing (some 60 bytes for each of its points). While it draws, this comes on top of what
 //! [`crate::draw`] needs. The parts that an [`Outcome`] has are shared with it, not copied.
 
@@ -16,26 +16,26 @@ use std::fmt;
 use crate::base::{Checked, Control, Result};
 use crate::importance::Importance;
 use crate::options::Options;
-use crate::photo::Field;
+use crate::photo::Photo;
 use crate::pipeline::draw::{Outcome, draw_with};
 use crate::pipeline::memory::Memory;
 
 /// A photo and its importance, with what the last drawing of them left.
 pub struct Session {
-    luma: Field,
+    photo: Photo,
     importance: Importance,
     memory: Memory,
 }
 
 impl Session {
-    /// A session on a photo given as luma; nothing is computed yet.
-    pub fn new(luma: Field, importance: Importance) -> Self {
-        Self { luma, importance, memory: Memory::new(true) }
+    /// A session on a photo, reduced as it is; nothing is computed yet.
+    pub fn new(photo: Photo, importance: Importance) -> Self {
+        Self { photo, importance, memory: Memory::new(true) }
     }
 
-    /// The photo's luma.
-    pub fn luma(&self) -> &Field {
-        &self.luma
+    /// The photo.
+    pub fn photo(&self) -> &Photo {
+        &self.photo
     }
 
     /// The importance as given.
@@ -49,13 +49,13 @@ impl Session {
     /// # Errors
     /// As [`crate::draw`]. The session can be used afterwards as if that drawing had not been asked for; what was finished is kept.
     pub fn draw(&mut self, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
-        draw_with(Cow::Borrowed(&self.luma), Cow::Borrowed(&self.importance), options, control, &mut self.memory)
+        draw_with(self.photo.clone(), Cow::Borrowed(&self.importance), options, control, &mut self.memory)
     }
 }
 
 impl fmt::Debug for Session {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = (self.luma.width(), self.luma.height());
+        let size = (self.photo.width(), self.photo.height());
         f.debug_struct("Session").field("size", &size).field("importance", &self.importance.name()).finish_non_exhaustive()
     }
 }
@@ -72,17 +72,18 @@ mod tests {
     use crate::drawing::Stats;
     use crate::files::{Export, Format};
     use crate::options::{Alpha, Point, Published};
+    use crate::photo::Field;
     use crate::pipeline::draw::draw;
     use crate::pipeline::needs::tests::{CHANGES, busy, changed, importances};
 
     /// Blobs, a gradient and an edge.
-    fn photo(width: usize, height: usize) -> Field {
+    fn photo(width: usize, height: usize) -> Photo {
         let value = |i: usize| {
             let (x, y) = ((i % width) as f64, (i / width) as f64);
             let wave = 0.5 + 0.25 * (x * 0.7).sin() * (y * 0.5).cos() + 0.2 * (x / width as f64 - 0.5);
             (if x > y + 20.0 { 0.6 * wave } else { wave }) as f32
         };
-        Field::new(width, height, (0..width * height).map(value).collect()).unwrap()
+        Photo::new(Field::new(width, height, (0..width * height).map(value).collect()).unwrap())
     }
 
     fn session(which: usize) -> Session {
@@ -91,7 +92,7 @@ mod tests {
 
     /// The same options drawn from the start.
     fn fresh(session: &Session, options: &Options) -> Result<Outcome> {
-        draw(session.luma(), session.importance(), &options.clone().check()?, &Control::new())
+        draw(session.photo(), session.importance(), &options.clone().check()?, &Control::new())
     }
 
     /// Draws with options that may break a rule.
@@ -210,7 +211,7 @@ mod tests {
     fn a_blank_drawing_of_a_photo_that_is_not_flat_is_told() {
         let of = |low: f32, high: f32| {
             let value = |i: usize| low + (high - low) * (i % 60) as f32 / 59.0;
-            Session::new(Field::new(60, 40, (0..2400).map(value).collect()).unwrap(), Importance::Constant(1.0))
+            Session::new(Photo::new(Field::new(60, 40, (0..2400).map(value).collect()).unwrap()), Importance::Constant(1.0))
         };
         let bare = Options { stippling: 0.0, ..Options::default() };
         let told = redrawn(&mut of(0.94, 1.0), &bare).warning.unwrap();
