@@ -8,6 +8,8 @@ mod options;
 
 mod photo;
 
+mod decoding;
+
 mod importance;
 
 mod graph;

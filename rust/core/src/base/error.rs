@@ -17,9 +17,12 @@ pub enum Error {
     /// An input array or a stage's argument breaks a rule: shapes differ, a value is not finite, and the like.
     #[error("{0}")]
     Input(String),
-    /// An image file's bytes cannot be read as an image.
+    /// An image file's bytes cannot be read as an image: they are none, or damaged, or too many.
     #[error("{0}")]
     Decode(String),
+    /// A file may be a sound image, but of a format or with a feature that is not read here; other programs may read it.
+    #[error("{0}")]
+    Unsupported(String),
     /// The caller asked to stop through [`crate::Control::cancel`].
     #[error("the work was cancelled")]
     Cancelled,

@@ -77,9 +77,8 @@ impl Colours {
             matrix_coefficients: MatrixCoefficients::Identity,
             full_range: true,
         };
-        if !known.color_primaries.has_chromaticity() || !known.transfer_characteristics.has_transfer_curve() {
-            return None;
-        }
+        ColorPrimaries::try_from(known.color_primaries).ok()?;
+        ToneReprCurve::try_from(known.transfer_characteristics).ok()?;
         profile.update_rgb_colorimetry_from_cicp(known);
         profile.cicp = None;
         let curve = match transfer {
@@ -103,7 +102,9 @@ impl Colours {
 
     fn of_curve(curve: ToneReprCurve, chromaticities: Option<[[f64; 2]; 4]>, grey: bool) -> Self {
         let profile = if grey {
-            ColorProfile { gray_trc: Some(curve), ..ColorProfile::new_gray_with_gamma(1.0) }
+            let mut profile = ColorProfile::new_gray_with_gamma(1.0);
+            profile.gray_trc = Some(curve);
+            profile
         } else {
             let mut profile = ColorProfile::new_srgb();
             profile.cicp = None;

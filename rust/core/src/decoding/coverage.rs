@@ -150,8 +150,6 @@ impl<'a> Bits<'a> {
 struct Blocks {
     /// Blocks of a row, with those that fill the last unit of interleaved scans.
     stride: usize,
-    /// Blocks of a row, and rows of blocks, that have pixels of the picture: those of a scan of this component alone.
-    size: [usize; 2],
     /// Which coefficients of every block are known not to be 0, where later scans have to know.
     nonzero: Vec<u64>,
 }
@@ -166,7 +164,7 @@ pub(super) fn coverage(frame: &Frame, scans: &[Scan], bytes: &[u8]) -> Coverage 
             let [h, v] = component.sampling;
             let stride = units[0] * h;
             let nonzero = if frame.progressive { vec![0; stride * units[1] * v] } else { Vec::new() };
-            Blocks { stride, size: frame.blocks(component), nonzero }
+            Blocks { stride, nonzero }
         })
         .collect();
     let mut rows = vec![0; frame.components.len()];

@@ -301,7 +301,7 @@ impl Stream {
     /// The embedded profile; `Some(Err)` if a part of it is missing.
     fn profile(&self, bytes: &[u8]) -> Option<Result<Vec<u8>, ()>> {
         let mut parts: Vec<_> = self.profile.iter().collect();
-        let (_, count, _) = *parts.first()?;
+        let &(_, count, _) = *parts.first()?;
         parts.sort_by_key(|(number, ..)| *number);
         let expected = (1..=count).eq(parts.iter().map(|(number, ..)| *number));
         let joined = || parts.iter().flat_map(|(.., range)| bytes[range.clone()].iter().copied()).collect();

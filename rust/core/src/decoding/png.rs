@@ -101,7 +101,7 @@ fn read_interlaced(
     let bytes = if depth == Depth::U16 { 2 } else { 1 };
     let background = pixel_of(job.background(), stored, bytes);
     samples.chunks_exact_mut(background.len()).for_each(|pixel| pixel.copy_from_slice(&background));
-    let (mut passes, mut whole) = (0, true);
+    let (mut rows, mut whole) = (0, true);
     loop {
         job.control.check()?;
         let next = decoded(Png, || {
@@ -110,14 +110,13 @@ fn read_interlaced(
             let png::InterlaceInfo::Adam7(info) = found.interlace() else { return Ok(None) };
             let bits = (stored.channels() * bytes * 8) as u8;
             png::expand_interlaced_row(&mut samples, row, found.data(), info, bits);
-            Ok(Some(info.pass()))
+            Ok(Some(()))
         });
         match next {
-            Ok(Some(pass)) => passes = pass,
+            Ok(Some(())) => rows += 1,
             Ok(None) => break,
             Err(error) => {
-                let detail = format!("{} of its 7 passes are there", passes.saturating_sub(1));
-                job.incomplete(with_detail(&error, &detail), usize::from(passes))?;
+                job.incomplete(with_detail(&error, "only a part of its interlaced pixels are there"), rows)?;
                 whole = false;
                 break;
             }

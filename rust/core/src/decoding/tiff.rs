@@ -97,7 +97,6 @@ struct Image {
     planar: bool,
     /// Width and height of a tile, or of a strip.
     chunk: [usize; 2],
-    tiled: bool,
     offsets: Vec<u64>,
     lengths: Vec<u64>,
     palette: Vec<u64>,
@@ -289,7 +288,6 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
         big_endian: file.is_big_endian(),
         planar,
         chunk,
-        tiled,
         offsets,
         lengths,
         palette: file.numbers(directory, tag::PALETTE),

@@ -1,17 +1,15 @@
-//! From a photo to the tone that is drawn. In: bytes of an image file or samples; out: a [`Photo`] with its luma, tone and
+//! From a photo to the tone that is drawn. In: luma, or samples; out: a [`Photo`] with its luma, tone and
 //! emphasized tone, each a [`Field`]. Source: our own (the paper takes grey levels as given).
 
-mod decode;
 mod emphasis;
 mod field;
 mod photo;
 mod tone;
 
-pub use decode::decode;
 pub use emphasis::emphasize;
 pub(crate) use emphasis::{FINE, emphasize_and_off, off_blurred};
 pub(crate) use field::check_size;
 pub use field::{Field, MAX_SIDE};
 pub use photo::{Photo, Reducer};
-pub(crate) use tone::adjusted;
+pub(crate) use tone::{adjusted, weigh_into};
 pub use tone::{Pixels, Samples, adjust, luma, luma_to_u8};

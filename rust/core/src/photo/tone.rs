@@ -5,7 +5,7 @@
 //! linear light, for drawings that are to reflect as much light as the photo shows. Alpha is composited on a background
 //! colour, on the encoded values too, as image viewers do. Integer samples are summed in integers and divided once, so that the
 //! field is the same on every machine and 16-bit samples keep their 16 bits.
-//! What this module does not do: read files and convert colour profiles (see [`super::decode()`]).
+//! What this module does not do: read files and convert colour profiles (see [`crate::stages::decode()`]).
 
 use std::borrow::Cow;
 
@@ -24,6 +24,17 @@ pub enum Samples<'a> {
     U16(&'a [u16]),
     /// 0 to 1.
     F32(&'a [f32]),
+}
+
+impl Samples<'_> {
+    /// How many samples there are.
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::U8(s) => s.len(),
+            Self::U16(s) => s.len(),
+            Self::F32(s) => s.len(),
+        }
+    }
 }
 
 /// An image as its samples: 1 channel is grey, 2 grey and alpha, 3 sRGB, 4 sRGB and alpha (not premultiplied).
@@ -52,35 +63,37 @@ pub fn luma(pixels: &Pixels, background: [u8; 3]) -> Result<Field> {
     if !(1..=4).contains(&channels) {
         return Err(Error::Input(format!("the image has {channels} channels, but it must have 1 to 4")));
     }
-    let count = match samples {
-        Samples::U8(s) => s.len(),
-        Samples::U16(s) => s.len(),
-        Samples::F32(s) => s.len(),
-    };
+    let count = samples.len();
     if count != width * height * channels {
         return Err(Error::Input(format!(
             "the image has {count} samples, but {width} x {height} pixels of {channels} channels need {}",
             width * height * channels
         )));
     }
-    let values = match samples {
-        Samples::U8(s) => integer_luma(s, channels, 255, background),
-        Samples::U16(s) => integer_luma(s, channels, 65_535, background),
-        Samples::F32(s) => {
-            // A NaN fails both comparisons, so it is caught too.
-            if let Some(i) = s.iter().position(|v| !(*v >= 0.0 && *v <= 1.0)) {
-                let pixel = i / channels;
-                return Err(Error::Input(format!(
-                    "the value at column {}, row {} is {}, but it must be between 0 and 1",
-                    pixel % width,
-                    pixel / width,
-                    s[i]
-                )));
-            }
-            float_luma(s, channels, background)
-        }
-    };
-    Field::new(width, height, values)
+    if let Samples::F32(s) = samples
+        // A NaN fails both comparisons, so it is caught too.
+        && let Some(i) = s.iter().position(|v| !(*v >= 0.0 && *v <= 1.0))
+    {
+        let pixel = i / channels;
+        return Err(Error::Input(format!(
+            "the value at column {}, row {} is {}, but it must be between 0 and 1",
+            pixel % width,
+            pixel / width,
+            s[i]
+        )));
+    }
+    let mut values = vec![0.0; width * height];
+    weigh_into(samples, channels, background, &mut values);
+    Ok(Field::of_valid(width, height, values))
+}
+
+/// The luma of pixels of 1 to 4 channels, composited on `background`; float samples lie in [0, 1].
+pub(crate) fn weigh_into(samples: Samples, channels: usize, background: [u8; 3], target: &mut [f32]) {
+    match samples {
+        Samples::U8(s) => integer_luma(s, channels, 255, background, target),
+        Samples::U16(s) => integer_luma(s, channels, 65_535, background, target),
+        Samples::F32(s) => float_luma(s, channels, background, target),
+    }
 }
 
 /// A thousand times the luma of a colour, in the units of its samples.
@@ -90,31 +103,33 @@ fn weigh(red: u64, green: u64, blue: u64) -> u64 {
 
 /// Luma of 8-bit or 16-bit samples (`max` is the value of white). Luma is linear, so the luma of the composited colour is the
 /// composited luma: one sum and one division a pixel. The sums stay below 2^53, where f64 is exact.
-fn integer_luma<T: Copy + Into<u64>>(samples: &[T], channels: usize, max: u64, background: [u8; 3]) -> Vec<f32> {
+fn integer_luma<T: Copy + Into<u64>>(samples: &[T], channels: usize, max: u64, background: [u8; 3], target: &mut [f32]) {
     let [red, green, blue] = background.map(|v| u64::from(v) * (max / 255));
     let behind = weigh(red, green, blue);
     let opaque = |sum: u64| (sum as f64 / (1000 * max) as f64) as f32;
     let blended = |sum: u64, alpha: u64| ((sum * alpha + behind * (max - alpha)) as f64 / (1000 * max * max) as f64) as f32;
+    let pixels = target.iter_mut().zip(samples.chunks_exact(channels));
     match channels {
-        1 => samples.iter().map(|v| opaque(1000 * (*v).into())).collect(),
-        2 => samples.chunks_exact(2).map(|p| blended(1000 * p[0].into(), p[1].into())).collect(),
-        3 => samples.chunks_exact(3).map(|p| opaque(weigh(p[0].into(), p[1].into(), p[2].into()))).collect(),
-        _ => samples.chunks_exact(4).map(|p| blended(weigh(p[0].into(), p[1].into(), p[2].into()), p[3].into())).collect(),
+        1 => pixels.for_each(|(target, p)| *target = opaque(1000 * p[0].into())),
+        2 => pixels.for_each(|(target, p)| *target = blended(1000 * p[0].into(), p[1].into())),
+        3 => pixels.for_each(|(target, p)| *target = opaque(weigh(p[0].into(), p[1].into(), p[2].into()))),
+        _ => pixels.for_each(|(target, p)| *target = blended(weigh(p[0].into(), p[1].into(), p[2].into()), p[3].into())),
     }
 }
 
 /// Luma of float samples in [0, 1], computed in f64; the last digit may exceed 1, which the clamp takes away.
-fn float_luma(samples: &[f32], channels: usize, background: [u8; 3]) -> Vec<f32> {
+fn float_luma(samples: &[f32], channels: usize, background: [u8; 3], target: &mut [f32]) {
     let weigh = |red: f64, green: f64, blue: f64| 0.299 * red + 0.587 * green + 0.114 * blue;
     let colour = |p: &[f32]| weigh(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
     let [red, green, blue] = background.map(|v| f64::from(v) / 255.0);
     let behind = weigh(red, green, blue);
     let blended = |sum: f64, alpha: f64| ((sum * alpha + behind * (1.0 - alpha)) as f32).clamp(0.0, 1.0);
+    let pixels = target.iter_mut().zip(samples.chunks_exact(channels));
     match channels {
-        1 => samples.to_vec(),
-        2 => samples.chunks_exact(2).map(|p| blended(f64::from(p[0]), f64::from(p[1]))).collect(),
-        3 => samples.chunks_exact(3).map(|p| (colour(p) as f32).clamp(0.0, 1.0)).collect(),
-        _ => samples.chunks_exact(4).map(|p| blended(colour(p), f64::from(p[3]))).collect(),
+        1 => pixels.for_each(|(target, p)| *target = p[0]),
+        2 => pixels.for_each(|(target, p)| *target = blended(f64::from(p[0]), f64::from(p[1]))),
+        3 => pixels.for_each(|(target, p)| *target = (colour(p) as f32).clamp(0.0, 1.0)),
+        _ => pixels.for_each(|(target, p)| *target = blended(colour(p), f64::from(p[3]))),
     }
 }
 
