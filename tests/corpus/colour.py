@@ -99,10 +99,15 @@ def by_pillow_cms(data: bytes) -> Luma:
 
 
 def through_profile(image: Image.Image, profile: bytes) -> Image.Image:
-    """Return a PIL image in sRGB."""
+    """Return a PIL image in sRGB.
+
+    Little CMS is kept from its shortcuts, tables for 8 bits: they miss the mean luma of CIELab by 0.004, that of linear greys by
+    0.0026, more than a photo may be off here.
+    """
     source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-    intent = ImageCms.Intent.RELATIVE_COLORIMETRIC
-    converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), intent, outputMode="RGB")
+    target = ImageCms.createProfile("sRGB")
+    intent, exactly = ImageCms.Intent.RELATIVE_COLORIMETRIC, ImageCms.Flags.NOOPTIMIZE
+    converted = ImageCms.profileToProfile(image, source, target, intent, outputMode="RGB", flags=exactly)
     assert converted is not None
     return converted
 
