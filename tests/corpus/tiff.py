@@ -11,7 +11,9 @@ import numpy as np
 import tifffile
 from PIL import Image
 from tests.corpus import colour
+from tests.corpus import baseline
 from tests.corpus import tiff_writer as w
+from tests.corpus.baseline import shrunk
 from tests.corpus.case import CLOSE_CMYK, Case, Drawn, Made, Refused
 from tests.corpus.colour import Luma, Samples, by_pillow, fraction, luma_of, on_white, picture, quantised
 from tests.corpus.tiff_writer import Page, tiff
@@ -218,10 +220,16 @@ def ycbcr_planes(bits: int = 8) -> Samples:
 
 
 def ycbcr(sampling: tuple[int, int], **named: Any) -> Made:
-    """Return Y', Cb and Cr without JPEG's coding; the luma is Y', but for colours outside of R'G'B'."""
+    """Return Y', Cb and Cr without JPEG's coding."""
     page = Page(ycbcr_planes(), 8, w.YCBCR, sampling=sampling, **named)
     page.tags.setdefault(532, (w.RATIONAL, [(v, 1) for v in (0, 255, 128, 255, 128, 255)]))
-    return Made(tiff(page), Drawn(luma_of(rgb_samples() / 255), 0.004))
+    across, down = sampling
+    luma = page.samples[..., 0].astype(np.float64)
+    blue, red = (np.round(shrunk(page.samples[..., i].astype(np.float64), across, down)) - 128 for i in (1, 2))
+    blue, red = (np.kron(v, np.ones((down, across)))[: luma.shape[0], : luma.shape[1]] for v in (blue, red))
+    green = luma - (0.114 * 1.772 * blue + 0.299 * 1.402 * red) / 0.587
+    colours = np.stack([luma + 1.402 * red, green, luma + 1.772 * blue], axis=2)
+    return Made(tiff(page), Drawn(luma_of(np.clip(colours / 255, 0, 1))))
 
 
 # Compressions --------------------------------------------------------------------------------------------------------------------
@@ -235,6 +243,18 @@ def jpeg(photometric: int, sampling: tuple[int, int] = (1, 1), shared_tables: bo
         # Pillow does not read planes of JPEG rightly.
         return Made(data, Drawn(meaning(8)(samples), 0.004))
     return Made(data, Drawn(by_pillow(data)))
+
+
+def old_jpeg() -> Made:
+    """Return a file in the way of TIFF 6.0, which was soon given up: a whole JPEG, and tags that tell its place."""
+    planes = [ycbcr_planes()[..., i].astype(np.float64) for i in range(3)]
+    data = baseline.encode(planes, [(2, 2), (1, 1), (1, 1)])
+    writer = w.Writer("<", big=False)
+    start = writer.append(data)
+    page = Page(ycbcr_planes(), 8, w.YCBCR, w.OLD_JPEG, sampling=(2, 2), rows=colour.HEIGHT)
+    page.tags |= {512: (w.SHORT, [1]), 513: (w.LONG, [start]), 514: (w.LONG, [len(data)])}
+    writer.directory(w.tags_of(page, [start], [len(data)]), 4)
+    return Made(bytes(writer.data), Drawn(by_pillow(data)), by_pillow(bytes(writer.data)))
 
 
 def fax(compression: int, photometric: int = w.BLACK_IS_ZERO, options: int = 0, rows: int = 16, **named: Any) -> Made:
@@ -515,6 +535,7 @@ def codings() -> list[Case]:
     rows.append(case("jpeg_rgb_tiles", "JPEG, RGB", jpeg, w.RGB, tile=TILE))
     rows.append(case("jpeg_grey", "JPEG, grey", jpeg, w.BLACK_IS_ZERO))
     rows.append(case("jpeg_grey_own_tables", "JPEG, grey", jpeg, w.BLACK_IS_ZERO, shared_tables=False))
+    rows.append(case("jpeg_old", "JPEG of the old kind", old_jpeg))
     for name, code, words in [("rle", w.RLE, "CCITT RLE"), ("group3", w.GROUP3, "CCITT Group 3"), ("group4", w.GROUP4, "CCITT Group 4")]:
         rows.append(case(name, words, fax, code))
         rows.append(case(f"{name}_white_is_zero", words, fax, code, w.WHITE_IS_ZERO))

@@ -68,7 +68,9 @@ def pieces(page: Page) -> list[Samples]:
             found += [plane[y : y + page.rows] for y in range(0, height, page.rows)]
             continue
         across, down = page.tile
-        padded = np.pad(plane, [(0, -height % down), (0, -width % across), (0, 0)])
+        # Black, so that it shows where it should not, but where it would stain colours of fewer samples than pixels.
+        mode: Any = "edge" if page.photometric == YCBCR else "constant"
+        padded = np.pad(plane, [(0, -height % down), (0, -width % across), (0, 0)], mode=mode)
         found += [
             padded[y : y + down, x : x + across] for y in range(0, height, down) for x in range(0, width, across)
         ]
