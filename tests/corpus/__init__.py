@@ -1,6 +1,6 @@
 """Small image files of every kind, made when the tests run, and what should come of each.
 
-One deterministic picture is written by Pillow, imagecodecs and the writers of this package, which know every layout that the formats
+One deterministic picture is written by Pillow, imagecodecs and the writers of this package, which know every layout that formats
 allow. What is right is told by the picture itself where a kind keeps it without loss, by other programs (Pillow with Little CMS,
 tifffile) where it does not, and by the formulas of the standards for what those leave out.
 """

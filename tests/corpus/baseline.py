@@ -75,20 +75,23 @@ def coefficients(plane: Plane, across: int, down: int, step: int) -> NDArray[np.
     """Return the quantised coefficients of so many blocks of a plane with values up to 255, its edges repeated outwards."""
     padded = np.pad(plane, [(0, 8 * down - plane.shape[0]), (0, 8 * across - plane.shape[1])], mode="edge")
     blocks = padded.reshape(down, 8, across, 8).swapaxes(1, 2) - 128.0
-    return np.round(dctn(blocks, axes=(2, 3), norm="ortho") / step).astype(np.int64).reshape(down, across, 64)
+    found: NDArray[np.int64] = np.round(dctn(blocks, axes=(2, 3), norm="ortho") / step).astype(np.int64)
+    return found.reshape(down, across, 64)
 
 
 def shrunk(plane: Plane, across: int, down: int) -> Plane:
     """Return a plane with every so many columns and rows averaged."""
     height, width = plane.shape
     padded = np.pad(plane, [(0, -height % down), (0, -width % across)], mode="edge")
-    return padded.reshape(padded.shape[0] // down, down, -1, across).mean(axis=(1, 3))
+    small: Plane = padded.reshape(padded.shape[0] // down, down, -1, across).mean(axis=(1, 3))
+    return small
 
 
 def encode(
     planes: Sequence[Plane],
     sampling: Sequence[tuple[int, int]],
     scans: Iterable[Sequence[int]] | None = None,
+    *,
     step: int = 3,
     restart: int = 0,
     before: bytes = b"",

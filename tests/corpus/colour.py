@@ -34,47 +34,55 @@ def picture() -> NDArray[np.float64]:
     red = 0.03 + 0.85 * x * wave + 0.1 * spot
     green = 0.02 + 0.78 * y + 0.18 * wave * (1 - y) - 0.5 * spot * y
     blue = 0.85 - 0.6 * x - 0.25 * y * wave + 0.2 * spot
-    return np.clip(np.stack([red, green, blue], axis=2), 0, 1)
+    colours: NDArray[np.float64] = np.clip(np.stack([red, green, blue], axis=2), 0, 1)
+    return colours
 
 
 def grey_picture() -> NDArray[np.float64]:
     """Return the picture without its colours, (height, width), from near black to near white."""
     luma = luma_of(picture())
-    return 0.02 + 0.96 * (luma - luma.min()) / (luma.max() - luma.min())
+    grey: Luma = 0.02 + 0.96 * (luma - luma.min()) / (luma.max() - luma.min())
+    return grey
 
 
 def opacity() -> NDArray[np.float64]:
     """Return an alpha channel, (height, width): a slope with parts that are clear and parts that are solid."""
     y, x = np.mgrid[0 : 1 : HEIGHT * 1j, 0 : 1 : WIDTH * 1j]
-    return np.clip(1.6 * (x + y) / 2 - 0.2, 0, 1)
+    slope: NDArray[np.float64] = np.clip(1.6 * (x + y) / 2 - 0.2, 0, 1)
+    return slope
 
 
 def bilevel() -> NDArray[np.bool_]:
     """Return the picture in black and white, (height, width), True for white: runs of all lengths, and some noise."""
     noise = np.random.default_rng(21).uniform(-0.08, 0.08, (HEIGHT, WIDTH))
-    return grey_picture() + noise > 0.45
+    white: NDArray[np.bool_] = grey_picture() + noise > 0.45
+    return white
 
 
 def quantised(values: NDArray[np.float64], bits: int) -> Samples:
     """Return values in [0, 1] as unsigned samples."""
     kind = np.uint8 if bits <= 8 else np.uint16 if bits <= 16 else np.uint32
-    return np.round(values * (2**bits - 1)).astype(kind)
+    samples: Samples = np.round(values * (2**bits - 1)).astype(kind)
+    return samples
 
 
 def fraction(samples: Samples, bits: int) -> NDArray[np.float64]:
     """Return unsigned samples divided by their maximum."""
-    return samples.astype(np.float64) / (2**bits - 1)
+    values: NDArray[np.float64] = samples.astype(np.float64) / (2**bits - 1)
+    return values
 
 
 def luma_of(colours: NDArray[np.floating[Any]]) -> Luma:
     """Return the luma of sRGB-encoded colours, (height, width, 3) or already grey (height, width)."""
     values = np.asarray(colours, np.float64)
-    return values if values.ndim == 2 else values[..., :3] @ np.array([0.299, 0.587, 0.114])
+    luma: Luma = values if values.ndim == 2 else values[..., :3] @ np.array([0.299, 0.587, 0.114])
+    return luma
 
 
 def on_white(colours: NDArray[np.floating[Any]], alpha: NDArray[np.floating[Any]]) -> Luma:
     """Return the luma of colours over white."""
-    return luma_of(colours) * alpha + (1 - alpha)
+    luma: Luma = luma_of(colours) * alpha + (1 - alpha)
+    return luma
 
 
 def luma_of_pil(image: Image.Image) -> Luma:
@@ -152,14 +160,16 @@ def xyz_of(x: float, y: float) -> NDArray[np.float64]:
 
 def to_xyz(primaries: tuple[tuple[float, float], ...], white: tuple[float, float] = D65_XY) -> NDArray[np.float64]:
     """Return the matrix from linear R, G, B to X, Y, Z."""
-    columns = np.stack([xyz_of(*xy) for xy in primaries], axis=1)
-    return columns * np.linalg.solve(columns, xyz_of(*white))
+    columns: NDArray[np.float64] = np.stack([xyz_of(*xy) for xy in primaries], axis=1)
+    matrix: NDArray[np.float64] = columns * np.linalg.solve(columns, xyz_of(*white))
+    return matrix
 
 
 def adaptation(source: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the Bradford matrix from one white to another."""
     scale = (BRADFORD @ target) / (BRADFORD @ source)
-    return np.linalg.inv(BRADFORD) @ np.diag(scale) @ BRADFORD
+    matrix: NDArray[np.float64] = np.linalg.inv(BRADFORD) @ np.diag(scale) @ BRADFORD
+    return matrix
 
 
 def to_d50(primaries: tuple[tuple[float, float], ...], white: tuple[float, float] = D65_XY) -> NDArray[np.float64]:
@@ -274,7 +284,8 @@ def cmyk_profile(grid: int = 9) -> bytes:
 def exif(orientation: int | None = None, adobe_rgb: str | None = None) -> bytes:
     """Return EXIF as a little-endian TIFF: an orientation, and Adobe RGB as cameras mark it.
 
-    `adobe_rgb` is "uncalibrated" (ColorSpace FFFF with the interoperability index R03) or "two" (ColorSpace 2).
+    `adobe_rgb` is "uncalibrated" (ColorSpace FFFF with the interoperability index R03), "two" (ColorSpace 2), or "unknown"
+    (FFFF alone, which says only that it is not sRGB).
     """
 
     def directory(entries: list[tuple[int, int, int, bytes]]) -> bytes:
@@ -290,7 +301,7 @@ def exif(orientation: int | None = None, adobe_rgb: str | None = None) -> bytes:
         main.append((0x8769, 4, 1, struct.pack("<I", at)))
         space = 2 if adobe_rgb == "two" else 0xFFFF
         entries = [(0xA001, 3, 1, struct.pack("<H", space))]
-        if adobe_rgb == "two":
+        if adobe_rgb != "uncalibrated":
             rest = directory(entries)
         else:
             after = at + 2 + 12 * 2 + 4

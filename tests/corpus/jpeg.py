@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import io
-import struct
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,8 @@ from tests.corpus.colour import by_pillow, by_pillow_cms, luma_of, luma_of_pil, 
 
 HERE = Path(__file__).parent
 END = b"\xff\xd9"
+APART = ((0,), (1,), (2,))
+"""Scans of single components."""
 JFIF = segment(0xE0, b"JFIF\0\x01\x01\0\0\x01\0\x01\0\0")
 
 
@@ -55,6 +56,7 @@ def jpeg(
     sampling: tuple[int, int] = (2, 2),
     scans: Sequence[Sequence[int]] | None = None,
     colours: np.ndarray[Any, Any] | None = None,
+    *,
     before: bytes = JFIF,
     **named: Any,
 ) -> bytes:
@@ -176,6 +178,11 @@ def turned(orientation: int) -> Made:
     return Made(data, Drawn((upright | straight)[orientation]), luma_of(quantised(picture(), 8) / 255))
 
 
+def marked_as_unknown() -> Made:
+    """Return a file that says only that it is not sRGB, as phones do beside a profile: here there is none."""
+    return as_pillow_reads(jpeg(before=app1(colour.exif(1, "unknown"))))
+
+
 def marked(adobe_rgb: str, profile: bytes = b"") -> Made:
     """Return a camera's file with its mark of Adobe RGB; a profile beside it says what holds."""
     data = jpeg(before=app1(colour.exif(1, adobe_rgb)) + (app2(profile) if profile else b""))
@@ -259,10 +266,10 @@ def lazily(make: Callable[..., Made], data: Callable[[], bytes], *arguments: Any
     return lambda: make(data(), *arguments)
 
 
-def cases() -> list[Case]:
-    """Return all cases of JPEG."""
+def layouts() -> list[Case]:
+    """Return cases of processes, scans and samplings."""
     samplings = [(1, 1), (2, 1), (2, 2), (1, 2), (4, 1), (4, 2), (3, 1), (1, 4)]
-    apart, partly = [[0], [1], [2]], [[0, 1], [2]]
+    apart, partly = APART, [[0, 1], [2]]
     rows = [case(f"{a}x{d}", "Y'CbCr, every sampling", laid_out, sampling=(a, d)) for a, d in samplings]
     for a, d in [(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)]:
         rows.append(case(f"apart_{a}x{d}", "scans of single components", laid_out, sampling=(a, d), scans=apart))
@@ -285,7 +292,15 @@ def cases() -> list[Case]:
     rows.append(case("two_beginnings", "two beginnings", two_beginnings))
     rows.append(case("fill_bytes", "fill bytes", fill_bytes))
     rows.append(case("two_pictures", "several pictures (MPO), the first", two_pictures))
+    rows.append(case("twelve_bits", "12 bits", twelve_bits))
+    rows.append(case("lossless", "lossless", lossless))
+    rows.append(case("jpeg_ls", "JPEG-LS", jpeg_ls))
+    return rows
 
+
+def meanings() -> list[Case]:
+    """Return cases of colour spaces, profiles, marks and orientations."""
+    rows = []
     rows.append(case("rgb_adobe", "RGB", as_rgb, True))
     rows.append(case("rgb_names", "RGB", as_rgb, False))
     rows.append(case("cmyk", "CMYK", inks, 0))
@@ -305,12 +320,18 @@ def cases() -> list[Case]:
     rows += [case(f"orientation{i}", "EXIF orientation", turned, i) for i in range(1, 9)]
     rows += [case(f"exif_adobe_{kind}", "EXIF mark of Adobe RGB", marked, kind) for kind in ("uncalibrated", "two")]
     linear = colour.rgb_profile(colour.SRGB_XY, 1.0)
+    rows.append(case("exif_unknown", "EXIF without a mark", marked_as_unknown))
     rows.append(case("exif_adobe_icc", words, marked, "uncalibrated", linear))
+    return rows
 
+
+def damage() -> list[Case]:
+    """Return cases of files that are not whole."""
+    rows = []
     missing = "all pixels, no end"
     rows.append(Case("jpeg_no_end", "JPEG", missing, lazily(without_end, jpeg)))
     rows.append(Case("jpeg_no_end_trailing", "JPEG", missing, lazily(without_end, jpeg, bytes(300) + b"something else")))
-    rows.append(Case("jpeg_no_end_apart", "JPEG", missing, lazily(without_end, lambda: jpeg(scans=apart))))
+    rows.append(Case("jpeg_no_end_apart", "JPEG", missing, lazily(without_end, lambda: jpeg(scans=APART))))
     rows.append(Case("jpeg_no_end_restart", "JPEG", missing, lazily(without_end, lambda: jpeg(restart=4))))
     rows.append(Case("jpeg_no_end_progressive", "JPEG", missing, lazily(without_end, progressive)))
     rows.append(case("no_end_thumbnail", missing, thumbnailed))
@@ -320,13 +341,15 @@ def cases() -> list[Case]:
     rows.append(Case("jpeg_cut_half", "JPEG", short, lazily(cut, jpeg, 0.5)))
     rows.append(Case("jpeg_cut_half_ended", "JPEG", short, lazily(cut, jpeg, 0.5, END)))
     rows.append(Case("jpeg_cut_half_trailing", "JPEG", short, lazily(cut, jpeg, 0.5, END + bytes(4000))))
-    rows.append(Case("jpeg_cut_half_apart", "JPEG", short, lazily(cut, lambda: jpeg(scans=apart), 0.5, END)))
+    rows.append(Case("jpeg_cut_half_apart", "JPEG", short, lazily(cut, lambda: jpeg(scans=APART), 0.5, END)))
     rows.append(Case("jpeg_cut_half_restart", "JPEG", short, lazily(cut, lambda: jpeg(restart=3), 0.5, END)))
     rows.append(Case("jpeg_cut_half_progressive", "JPEG", short, lazily(cut, progressive, 0.5)))
     rows.append(Case("jpeg_cut_half_progressive_ended", "JPEG", short, lazily(cut, progressive, 0.5, END)))
     rows.append(case("cut_header", short, header_only))
     rows.append(case("missing_scan", short, missing_scan))
-    rows.append(case("twelve_bits", "12 bits", twelve_bits))
-    rows.append(case("lossless", "lossless", lossless))
-    rows.append(case("jpeg_ls", "JPEG-LS", jpeg_ls))
     return rows
+
+
+def cases() -> list[Case]:
+    """Return all cases of JPEG."""
+    return [*layouts(), *meanings(), *damage()]

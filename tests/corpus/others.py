@@ -98,7 +98,9 @@ def boxes(brand: bytes, *compatible: bytes) -> bytes:
     return struct.pack(">I", len(content) + 8) + b"ftyp" + content + b"\0\0\0\x08free" * 20
 
 
-def camera(maker: bytes, model: bytes, signature: bytes = b"II*\0", compression: int = 1, below: bool = True, dng: bool = False) -> bytes:
+def camera(
+    maker: bytes, model: bytes, signature: bytes = b"II*\0", *, compression: int = 1, below: bool = True, dng: bool = False
+) -> bytes:
     """Return a raw file like a TIFF: a thumbnail, and the sensor's samples below it."""
     sensor = w.Page(
         quantised(colour.grey_picture(), 16)[..., np.newaxis], 16, w.CFA, tags={33421: (w.SHORT, [2, 2]), 254: (w.LONG, [0])}
@@ -133,6 +135,7 @@ def foreign() -> list[Foreign]:
     pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:" + b"4d7a" * 16 + b"\nsize 84977953\n"
     page = b"<!DOCTYPE html>\n<html><head><title>Not found</title></head><body>Log in</body></html>\n"
     drawing = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>\n'
+    photoshop = b"8BPS\0\x01" + bytes(6) + b"\0\x03\0\0\0\x46\0\0\0\x5d\0\x08\0\x03" + bytes(40)
     heic = ("HEIC", "HEIF")
     films = ("video", "film", "movie")
     raw = ("raw",)
@@ -163,7 +166,7 @@ def foreign() -> list[Foreign]:
         Foreign("page.eps", b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n", ("PostScript", "EPS")),
         Foreign("drawing.svg", drawing, ("SVG",)),
         Foreign("headed.svg", b'\xef\xbb\xbf<?xml version="1.0"?>\n<!-- a comment -->\n' + drawing, ("SVG",)),
-        Foreign("layers.psd", b"8BPS\0\x01" + bytes(6) + b"\0\x03\0\0\0\x46\0\0\0\x5d\0\x08\0\x03" + bytes(40), ("Photoshop", "PSD")),
+        Foreign("layers.psd", photoshop, ("Photoshop", "PSD")),
         Foreign("layers.xcf", b"gimp xcf v011\0" + bytes(40), ("GIMP", "XCF")),
         Foreign("scan.dcm", bytes(128) + b"DICM\x02\0\0\0UL\x04\0" + bytes(40), ("DICOM",)),
         Foreign("light.exr", b"\x76\x2f\x31\x01\x02\0\0\0channels\0" + bytes(40), ("OpenEXR", "EXR")),

@@ -37,9 +37,7 @@ def rows(samples: Samples, bits: int) -> bytes:
         packed = np.packbits(((flat[..., np.newaxis] >> places) & 1).astype(np.uint8).reshape(height, -1), axis=1)
     step = max(1, bits * samples.shape[2] // 8)
     left = np.pad(packed, [(0, 0), (step, 0)])[:, : packed.shape[1]]
-    return b"".join(
-        b"\x01" + (packed[y] - left[y]).tobytes() if y % 2 else b"\0" + packed[y].tobytes() for y in range(height)
-    )
+    return b"".join(b"\x01" + (packed[y] - left[y]).tobytes() if y % 2 else b"\0" + packed[y].tobytes() for y in range(height))
 
 
 def pixels(samples: Samples, bits: int, interlaced: bool = False) -> bytes:
@@ -55,7 +53,9 @@ def header(samples: Samples, bits: int, colour_type: int, interlaced: bool = Fal
     return chunk(b"IHDR", struct.pack(">2I5B", width, height, bits, colour_type, 0, 0, int(interlaced)))
 
 
-def png(samples: Samples, bits: int, colour_type: int, before: bytes = b"", after: bytes = b"", interlaced: bool = False) -> bytes:
+def png(
+    samples: Samples, bits: int, colour_type: int, before: bytes = b"", *, after: bytes = b"", interlaced: bool = False
+) -> bytes:
     """Return a PNG of samples (height, width, channels), with chunks before and after its data."""
     data = zlib.compress(pixels(samples, bits, interlaced))
     half = len(data) // 2
@@ -206,6 +206,12 @@ def profiled(bits: int, kind: int = RGB, padding: int = 0, before: bytes = b"") 
     return Made(data, Drawn(luma), witness)
 
 
+def profile_without_use(kind: int, profile: bytes) -> Made:
+    """Return a file with a profile that says nothing about its pixels, which are shown as they are."""
+    luma = fraction(grey(8), 8)[..., 0] if kind == GREY else rgb_luma()
+    return witnessed(png(grey(8) if kind == GREY else rgb(), 8, kind, profile), luma)
+
+
 def profiled_palette() -> Made:
     indices, colours = palette(8)
     data = png(indices, 8, PALETTE, iccp(colour.rgb_profile(colour.ADOBE_XY, 1.0)) + chunk(b"PLTE", colours.tobytes()))
@@ -240,7 +246,7 @@ def animated(default_is_frame: bool) -> Made:
     before = control + (frame(0) if default_is_frame else b"")
     number = 1 if default_is_frame else 0
     after = frame(number) + chunk(b"fdAT", struct.pack(">I", number + 1) + other)
-    data = png(rgb(), 8, RGB, before, after)
+    data = png(rgb(), 8, RGB, before, after=after)
     image = Image.open(io.BytesIO(data))
     return Made(data, Drawn(rgb_luma()), colour.luma_of_pil(image.convert("RGB")))
 
@@ -283,7 +289,7 @@ def trailing() -> Made:
 
 def unknown_chunk() -> Made:
     """Return a file with private chunks that do not matter."""
-    return witnessed(png(rgb(), 8, RGB, chunk(b"prVt", b"abc"), chunk(b"zzZz", b"")), rgb_luma())
+    return witnessed(png(rgb(), 8, RGB, chunk(b"prVt", b"abc"), after=chunk(b"zzZz", b"")), rgb_luma())
 
 
 def gamma_of(power: float) -> Callable[[Samples], Samples]:
@@ -297,8 +303,8 @@ def case(name: str, pixel_type: str, make: Callable[..., Made], *arguments: Any,
     return Case(f"png_{name}", "PNG", pixel_type, lambda: make(*arguments, **named))
 
 
-def cases() -> list[Case]:
-    """Return all cases of PNG."""
+def pixel_types() -> list[Case]:
+    """Return cases of samples."""
     rows = [case(f"grey{bits}", f"{bits}-bit grey", plain, GREY, bits) for bits in (1, 2, 4, 8, 16)]
     for kind, short, words in [(RGB, "rgb", "RGB"), (GREY_ALPHA, "grey_alpha", "grey + alpha"), (RGBA, "rgba", "RGB + alpha")]:
         rows += [case(f"{short}{bits}", f"{bits}-bit {words}", plain, kind, bits) for bits in (8, 16)]
@@ -313,8 +319,12 @@ def cases() -> list[Case]:
     rows.append(case("adam7_palette4", "interlaced", with_palette, 4, True, interlaced=True))
     rows.append(case("animated", "animation, its default image", animated, True))
     rows.append(case("animated_apart", "animation, its default image", animated, False))
+    return rows
 
-    # What the pixels mean.
+
+def meanings() -> list[Case]:
+    """Return cases of chunks that say what the samples mean, and of orientations."""
+    rows = []
     gamma = "gAMA and cHRM"
     for bits in (8, 16):
         rows.append(case(f"gama_linear{bits}", gamma, coloured, gama(1.0), gamma_of(1.0), bits, linear_samples(bits)))
@@ -340,6 +350,9 @@ def cases() -> list[Case]:
     rows.append(case("iccp_grey_alpha8", "iCCP profile", profiled, 8, GREY_ALPHA))
     rows.append(case("iccp_palette", "iCCP profile", profiled_palette))
     rows.append(case("iccp_large", "iCCP profile", profiled, 8, padding=600_000))
+    words = "a profile that is none for its pixels"
+    rows.append(case("iccp_of_other_pixels", words, profile_without_use, GREY, iccp(colour.rgb_profile(colour.ADOBE_XY))))
+    rows.append(case("iccp_broken", words, profile_without_use, RGB, iccp(b"not a profile" * 20)))
     rows.append(case("cicp_srgb", "cICP", coloured, cicp(1, 13) + gama(1.0), as_is))
     rows.append(case("cicp_linear", "cICP", coloured, cicp(1, 8), gamma_of(1.0), 16, linear_samples(16)))
     rows.append(case("cicp_p3", "cICP", coloured, cicp(12, 13), p3_as_screens_have_it))
@@ -348,8 +361,12 @@ def cases() -> list[Case]:
     rows += [case(f"orientation{i}", "EXIF orientation", turned, i) for i in range(1, 9)]
     rows.append(case("orientation_after", "EXIF orientation", turned_after))
     rows += [case(f"exif_adobe_{kind}", "EXIF mark of Adobe RGB", marked, kind) for kind in ("uncalibrated", "two")]
+    return rows
 
-    # Damage.
+
+def damage() -> list[Case]:
+    """Return cases of files that are not whole."""
+    rows = []
     rows.append(case("no_end", "all pixels, no end", without_end))
     rows.append(case("no_last_checksum", "all pixels, no end", without_last_checksum))
     rows.append(case("wrong_checksum", "all pixels, a wrong checksum", wrong_checksum))
@@ -359,6 +376,11 @@ def cases() -> list[Case]:
     rows.append(case("trailing", "bytes after the end", trailing))
     rows.append(case("unknown_chunk", "private chunks", unknown_chunk))
     return rows
+
+
+def cases() -> list[Case]:
+    """Return all cases of PNG."""
+    return [*pixel_types(), *meanings(), *damage()]
 
 
 def from_adobe(values: Samples) -> Samples:

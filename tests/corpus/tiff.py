@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import tifffile
-from PIL import Image
-from tests.corpus import colour
-from tests.corpus import baseline
+from PIL import Image, ImageCms
+from tests.corpus import baseline, colour
 from tests.corpus import tiff_writer as w
 from tests.corpus.baseline import shrunk
 from tests.corpus.case import CLOSE_CMYK, Case, Drawn, Made, Refused
@@ -105,7 +105,7 @@ def palette(bits: int, **named: Any) -> Made:
     return drawn(page, lambda stored: luma_of(colours[stored[..., 0]] / 65535))
 
 
-def floats(kind: str, grey: bool, spread: float = 1.0, **named: Any) -> Made:
+def floats(kind: str, grey: bool, spread: float = 1.0, order: w.Order = "<", **named: Any) -> Made:
     """Return floats, spread around the middle beyond [0, 1] where that is above 1."""
     values = colour.grey_picture()[..., np.newaxis] if grey else picture()
     samples = ((values - 0.5) * spread + 0.5).astype(kind)
@@ -115,7 +115,7 @@ def floats(kind: str, grey: bool, spread: float = 1.0, **named: Any) -> Made:
         clipped = np.clip(stored.astype(np.float64), 0, 1)
         return luma_of(clipped[..., 0] if grey else clipped)
 
-    return drawn(page, luma)
+    return drawn(page, luma, order=order)
 
 
 def not_numbers() -> Made:
@@ -169,8 +169,12 @@ def float_alpha(kind: str, extra: int) -> Made:
     return with_alpha(picture().astype(kind), 8 * np.dtype(kind).itemsize, extra)
 
 
+def ink_samples(bits: int) -> Samples:
+    return quantised(colour.inks_of(picture()), bits)
+
+
 def inks(bits: int, profile: bool = False, alpha: bool = False, **named: Any) -> Made:
-    samples = quantised(colour.inks_of(picture()), bits)
+    samples = ink_samples(bits)
     page = Page(samples, bits, w.CMYK, **named)
     if alpha:
         page = replace(page, samples=np.concatenate([samples, alpha_samples(bits)], axis=2), extra=(w.UNASSOCIATED,))
@@ -208,7 +212,7 @@ def lab(bits: int, offset: bool = False) -> Made:
 
     made = drawn(Page(samples, bits, w.ICC_LAB if offset else w.LAB), luma)
     if bits == 8 and not offset:
-        space = colour.ImageCms.ImageCmsProfile(colour.ImageCms.createProfile("LAB")).tobytes()
+        space = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB")).tobytes()
         image = colour.through_profile(Image.open(io.BytesIO(made.data)), space)
         return replace(made, witness=colour.luma_of_pil(image))
     return made
@@ -236,12 +240,10 @@ def ycbcr(sampling: tuple[int, int], **named: Any) -> Made:
 
 
 def jpeg(photometric: int, sampling: tuple[int, int] = (1, 1), shared_tables: bool = True, **named: Any) -> Made:
-    samples = {w.YCBCR: ycbcr_planes, w.RGB: rgb_samples, w.BLACK_IS_ZERO: grey_samples}[photometric](8)
+    makers = {w.YCBCR: ycbcr_planes, w.RGB: rgb_samples, w.BLACK_IS_ZERO: grey_samples, w.CMYK: ink_samples}
+    samples = makers[photometric](8)
     page = Page(samples, 8, photometric, w.JPEG, sampling=sampling, shared_tables=shared_tables, **named)
     data = tiff(page)
-    if page.planar == 2:
-        # Pillow does not read planes of JPEG rightly.
-        return Made(data, Drawn(meaning(8)(samples), 0.004))
     return Made(data, Drawn(by_pillow(data)))
 
 
@@ -513,6 +515,7 @@ def layouts() -> list[Case]:
             name = f"predictor_{kind}{'_tiles' if tile else ''}"
             rows.append(case(name, "predictor", floats, kind, False, compression=w.DEFLATE, predictor=3, tile=tile))
     rows.append(case("predictor_f4_grey", "predictor", floats, "f4", True, compression=w.LZW, predictor=3))
+    rows.append(case("predictor_f4_big", "predictor", floats, "f4", False, order=">", compression=w.LZW, predictor=3))
     rows.append(case("predictor_palette", "predictor", palette, 8, compression=w.LZW, predictor=2))
     for bits, name in [(1, "1"), (8, "8_lzw"), (16, "16")]:
         code = w.LZW if name == "8_lzw" else w.NONE
@@ -535,8 +538,12 @@ def codings() -> list[Case]:
     rows.append(case("jpeg_rgb_tiles", "JPEG, RGB", jpeg, w.RGB, tile=TILE))
     rows.append(case("jpeg_grey", "JPEG, grey", jpeg, w.BLACK_IS_ZERO))
     rows.append(case("jpeg_grey_own_tables", "JPEG, grey", jpeg, w.BLACK_IS_ZERO, shared_tables=False))
+    rows.append(case("jpeg_grey_tiles", "JPEG, grey", jpeg, w.BLACK_IS_ZERO, tile=TILE))
+    rows.append(case("jpeg_rgb_planes", "JPEG, RGB", jpeg, w.RGB, planar=2))
+    rows.append(case("jpeg_cmyk", "JPEG, CMYK", jpeg, w.CMYK))
     rows.append(case("jpeg_old", "JPEG of the old kind", old_jpeg))
-    for name, code, words in [("rle", w.RLE, "CCITT RLE"), ("group3", w.GROUP3, "CCITT Group 3"), ("group4", w.GROUP4, "CCITT Group 4")]:
+    for code, name, words in [(w.RLE, "rle", "RLE"), (w.GROUP3, "group3", "Group 3"), (w.GROUP4, "group4", "Group 4")]:
+        words = f"CCITT {words}"  # noqa: PLW2901
         rows.append(case(name, words, fax, code))
         rows.append(case(f"{name}_white_is_zero", words, fax, code, w.WHITE_IS_ZERO))
         rows.append(case(f"{name}_lsb", words, fax, code, fill=2))
@@ -556,6 +563,7 @@ def pixel_types() -> list[Case]:
     rows.append(page_case("grey12_big", "12-bit grey", grey, 12, order=">"))
     rows.append(page_case("rgb32_big", "32-bit RGB", rgb, 32, order=">"))
     rows.append(page_case("grey32_planes", "32-bit RGB", rgb, 32, planar=2))
+    rows.append(page_case("rgb16_void", "16-bit RGB", rgb, 16, tags={339: (w.SHORT, [4, 4, 4])}))
     rows.append(page_case("grey2_tiles", "2-bit grey", grey, 2, tile=(16, 16)))
     rows.append(page_case("grey4_tiles", "4-bit grey", grey, 4, tile=(48, 32)))
     rows += [case(f"white_is_zero{bits}", f"{bits}-bit grey, 0 is white", white_is_zero, bits) for bits in (1, 4, 8, 16)]
@@ -573,23 +581,35 @@ def pixel_types() -> list[Case]:
         rows.append(case(f"signed{bits}_rgb", "signed integers", signed, bits, 3))
     rows.append(case("complex", "complex numbers", complex_numbers))
 
-    for kind, name in [(w.ASSOCIATED, "associated"), (w.UNASSOCIATED, "unassociated")]:
+    return rows
+
+
+def alphas() -> list[Case]:
+    """Return cases of alpha, of either kind."""
+    rows = []
+    for kind, name, words in [
+        (w.ASSOCIATED, "associated", "premultiplied alpha"),
+        (w.UNASSOCIATED, "unassociated", "alpha"),
+    ]:
         for bits in (8, 16):
-            words = "premultiplied alpha" if kind == w.ASSOCIATED else "alpha"
-            grey_make: Callable[[], Samples] = lambda bits=bits: grey_samples(bits)  # type: ignore[misc]
-            rgb_make: Callable[[], Samples] = lambda bits=bits: rgb_samples(bits)  # type: ignore[misc]
+            grey_make, rgb_make = partial(grey_samples, bits), partial(rgb_samples, bits)
             rows.append(case(f"{name}_grey{bits}", f"grey + {words}", as_its_alpha, grey_make, bits, kind))
             rows.append(case(f"{name}_rgb{bits}", f"RGB + {words}", as_its_alpha, rgb_make, bits, kind))
             rows.append(case(f"{name}_planes{bits}", f"RGB + {words}", as_its_alpha, rgb_make, bits, kind, planar=2))
-            packed = {"compression": w.DEFLATE, "predictor": 2, "tile": TILE}
+            packed: dict[str, Any] = {"compression": w.DEFLATE, "predictor": 2, "tile": TILE}
             rows.append(case(f"{name}_tiles{bits}", f"RGB + {words}", as_its_alpha, rgb_make, bits, kind, **packed))
         rows.append(case(f"{name}_float32", f"float RGB + {words}", float_alpha, "f4", kind))
         rows.append(case(f"{name}_float16", f"float RGB + {words}", float_alpha, "f2", kind))
         more = [w.UNSPECIFIED]
         rows.append(case(f"{name}_and_more", f"RGB + {words}", as_its_alpha, rgb_samples, 8, kind, more=more))
     rows.append(case("unspecified_rgb", "channels that are no alpha", as_its_alpha, rgb_samples, 8, w.UNSPECIFIED))
-    grey8: Callable[[], Samples] = lambda: grey_samples(8)  # noqa: E731
-    rows.append(case("unspecified_grey", "channels that are no alpha", as_its_alpha, grey8, 8, w.UNSPECIFIED))
+    rows.append(case("unspecified_grey", "channels that are no alpha", as_its_alpha, partial(grey_samples, 8), 8, w.UNSPECIFIED))
+    return rows
+
+
+def colour_spaces() -> list[Case]:
+    """Return cases of colours other than R'G'B'."""
+    rows = []
     for bits in (8, 16):
         rows.append(case(f"cmyk{bits}", "CMYK", inks, bits))
         rows.append(case(f"cmyk{bits}_profile", "CMYK with a profile", inks, bits, True))
@@ -625,7 +645,7 @@ def meanings() -> list[Case]:
     rows.append(case("orientation6_lzw", "orientation", turned, 6, w.LZW))
 
     pages = "several images, the largest"
-    for name, make in [
+    files: list[tuple[str, list[Callable[[], Page]]]] = [
         ("thumbnail_first", [reduced, full]),
         ("thumbnail_first_old", [old_thumbnail, rgb]),
         ("thumbnail_last", [rgb, reduced]),
@@ -636,7 +656,8 @@ def meanings() -> list[Case]:
         ("same_size", [rgb, negative]),
         ("full_below", [full_below]),
         ("reduced_below", [reduced_below]),
-    ]:
+    ]
+    for name, make in files:
         rows.append(case(name, pages, several, *make))
     raws = "a camera's raw file"
     rows.append(case("dng", raws, raw, True, True))
@@ -665,4 +686,4 @@ def damage() -> list[Case]:
 
 def cases() -> list[Case]:
     """Return all cases of TIFF."""
-    return [*layouts(), *codings(), *pixel_types(), *meanings(), *damage()]
+    return [*layouts(), *codings(), *pixel_types(), *alphas(), *colour_spaces(), *meanings(), *damage()]

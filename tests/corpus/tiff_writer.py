@@ -8,7 +8,7 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import imagecodecs
 import numpy as np
@@ -27,6 +27,7 @@ ASSOCIATED, UNASSOCIATED, UNSPECIFIED = 1, 2, 0
 BYTE, ASCII, SHORT, LONG, RATIONAL, UNDEFINED, IFD = 1, 2, 3, 4, 5, 7, 13
 REVERSED = bytes(int(f"{i:08b}"[::-1], 2) for i in range(256))
 
+Order = Literal["<", ">"]
 Tag = tuple[int, Any]
 """The type of a tag and its values: bytes, numbers or pairs of them, pages (sub-directories), or tags (a directory of EXIF)."""
 
@@ -71,13 +72,11 @@ def pieces(page: Page) -> list[Samples]:
         # Black, so that it shows where it should not, but where it would stain colours of fewer samples than pixels.
         mode: Any = "edge" if page.photometric == YCBCR else "constant"
         padded = np.pad(plane, [(0, -height % down), (0, -width % across), (0, 0)], mode=mode)
-        found += [
-            padded[y : y + down, x : x + across] for y in range(0, height, down) for x in range(0, width, across)
-        ]
+        found += [padded[y : y + down, x : x + across] for y in range(0, height, down) for x in range(0, width, across)]
     return found
 
 
-def packed(samples: Samples, bits: int, order: str) -> NDArray[np.uint8]:
+def packed(samples: Samples, bits: int, order: Order) -> NDArray[np.uint8]:
     """Return rows of bytes, (rows, bytes)."""
     flat = samples.reshape(samples.shape[0], -1)
     if bits in {8, 16, 32, 64}:
@@ -127,7 +126,7 @@ def jpeg_parts(page: Page, samples: Samples) -> tuple[bytes, bytes]:
     return tables, data[:start] + data[frame:frame_end] + data[end:]
 
 
-def compressed(page: Page, samples: Samples, order: str) -> bytes:
+def compressed(page: Page, samples: Samples, order: Order) -> bytes:
     """Return the bytes of a strip or tile."""
     if page.compression == JPEG:
         return jpeg_parts(page, samples)[1]
@@ -177,7 +176,7 @@ def fax(page: Page, samples: Samples) -> bytes:
 class Writer:
     """The bytes of a file as they grow."""
 
-    def __init__(self, order: str, big: bool) -> None:
+    def __init__(self, order: Order, big: bool) -> None:
         self.order, self.big = order, big
         self.data = bytearray(b"II" if order == "<" else b"MM")
         self.data += self.pack("HHHQ", 43, 8, 0, 0) if big else self.pack("HI", 42, 0)
@@ -263,7 +262,7 @@ def tags_of(page: Page, starts: list[int], counts: list[int]) -> dict[int, Tag]:
     return {tag: value for tag, value in (tags | page.tags).items() if tag not in page.without}
 
 
-def tiff(*pages: Page, order: str = "<", big: bool = False) -> bytes:
+def tiff(*pages: Page, order: Order = "<", big: bool = False) -> bytes:
     """Return a file of images, their pixels before their directories."""
     writer = Writer(order, big)
     link = 8 if big else 4
