@@ -34,8 +34,10 @@ BEGIN, END = "<!-- The table begins: made by tests/test_reading.py. -->", "<!-- 
 CORE = ("JPEG", "PNG", "TIFF", "WebP")
 """Containers that the core reads."""
 
-WAYS_OUT = re.compile(r"\b(convert|save|export|open|unpack|download|fetch|pull|render|install|photo|image)", re.IGNORECASE)
+WAYS_OUT = re.compile(r"\b(convert|save|export|open|unpack|extract|download|fetch|pull|render|install|develop|take)", re.IGNORECASE)
 """One of these is said of a format that is not read."""
+NO_WAY_OUT = {"notes.jpg", "noise.jpg", "nothing.jpg"}
+"""Of these there is nothing to be said but that they are no images."""
 
 DEBUG_PRINTS = ("unknown(", "chunktype", "error", "some(", "panicked", "\n", "{", "::", "internal")
 
@@ -114,7 +116,7 @@ def test_a_file_is_read_right_or_refused(name: str, tmp_path: Path) -> None:
     assert distance(luma, expected) <= expected.tolerance
 
 
-@pytest.mark.parametrize("name", [case.name for case in CASES if isinstance(made(case.name).expect, Warned)])
+@pytest.mark.parametrize("name", [case.name for case in CASES if case.pixel_type.startswith("all pixels")])
 def test_what_lacks_its_end_only_is_drawn_with_a_warning(name: str, tmp_path: Path) -> None:
     path, expected = written(name, tmp_path), made(name).expect
     assert isinstance(expected, Warned)
@@ -208,7 +210,7 @@ def test_the_native_binary_names_a_format_and_the_way_out(file: Foreign, binary:
     message = result.stderr.decode().rstrip("\n").replace(str(path), "").removeprefix("graphstipple: error: ")
     assert_says(message, Refused(any_of=file.words))
     assert_plain(message)
-    assert WAYS_OUT.search(message), message
+    assert file.name in NO_WAY_OUT or WAYS_OUT.search(message), message
 
 
 @on_every_foreign

@@ -150,7 +150,7 @@ def foreign() -> list[Foreign]:
         Foreign("photo.ppm", saved("ppm"), ("PNM", "PPM", "Netpbm"), by_pillow=True),
         Foreign("photo.jp2", saved("jpeg2000"), ("JPEG 2000",), by_pillow=True),
         Foreign("photo.j2k", saved("jpeg2000", no_jp2=True), ("JPEG 2000",), by_pillow=True),
-        Foreign("icon.ico", saved("ico"), ("ICO", "icon"), by_pillow=True),
+        Foreign("icon.ico", saved("ico"), ("ICO", "icon")),
         Foreign("photo.png", cgbi(), ("CgBI", "Xcode", "iPhone", "iOS", "Apple")),
         Foreign("photo.jxl", b"\xff\x0a" + bytes(range(40)), ("JPEG XL",)),
         Foreign("boxed.jxl", b"\0\0\0\x0cJXL \r\n\x87\n" + boxes(b"jxl "), ("JPEG XL",)),
