@@ -36,14 +36,12 @@ pub(super) enum Colours {
     #[default]
     Srgb,
     Profile(Box<ColorProfile>),
-    /// An embedded profile that is broken.
-    Broken,
 }
 
 impl Colours {
-    /// Those of an embedded profile.
+    /// Those of an embedded profile; sRGB if it is broken.
     pub(super) fn of_icc(bytes: &[u8]) -> Self {
-        ColorProfile::new_from_slice(bytes).map_or(Self::Broken, |profile| Self::Profile(Box::new(profile)))
+        ColorProfile::new_from_slice(bytes).map_or(Self::Srgb, |profile| Self::Profile(Box::new(profile)))
     }
 
     /// Adobe RGB (1998).
@@ -121,24 +119,18 @@ impl Colours {
         Self::Profile(Box::new(profile))
     }
 
-    /// What brings pixels of a model and depth to sRGB; `None` if there is nothing to do. `Err` if the profile cannot be used.
-    pub(super) fn conversion(&self, model: Model, depth: Depth) -> Result<Option<Conversion>, ()> {
-        let profile = match self {
-            Self::Srgb => return Ok(None),
-            Self::Broken => return Err(()),
-            Self::Profile(profile) => profile,
-        };
+    /// What brings pixels of a model and depth to sRGB; `None` if there is nothing to do. A profile that is broken, that is sRGB,
+    /// or that is not for these pixels, changes nothing.
+    pub(super) fn conversion(&self, model: Model, depth: Depth) -> Option<Conversion> {
+        let Self::Profile(profile) = self else { return None };
         let fits = matches!(
             (profile.color_space, model),
             (DataColorSpace::Rgb, Model::Rgb) | (DataColorSpace::Gray, Model::Grey) | (DataColorSpace::Cmyk, Model::Cmyk)
         );
-        if !fits {
-            return Err(());
+        if !fits || is_srgb(profile, model) {
+            return None;
         }
-        if is_srgb(profile, model) {
-            return Ok(None);
-        }
-        Conversion::new(profile, model, depth).map(Some).ok_or(())
+        Conversion::new(profile, model, depth)
     }
 }
 

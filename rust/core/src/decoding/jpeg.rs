@@ -35,8 +35,6 @@ pub(super) struct Component {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Frame {
     pub(super) progressive: bool,
-    lossless: bool,
-    precision: u8,
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) components: Vec<Component>,
@@ -217,13 +215,13 @@ impl Stream {
         let broken = || Jpeg.damaged("the header of the picture is broken");
         let [precision, h1, h0, w1, w0, count, components @ ..] = content else { return Err(broken()) };
         match marker {
-            0xC0..=0xC3 => {}
+            0xC0..=0xC2 => {}
+            0xC3 => self.unsupported = self.unsupported.or(Some("lossless coding")),
             0xC9..=0xCB => self.unsupported = self.unsupported.or(Some("arithmetic coding")),
             _ => self.unsupported = self.unsupported.or(Some("hierarchical coding")),
         }
-        let is_lossless = marker == 0xC3;
-        if *precision != 8 && !is_lossless {
-            self.unsupported = self.unsupported.or(Some("samples of 12 bits"));
+        if *precision != 8 {
+            self.unsupported = self.unsupported.or(Some("samples of other than 8 bits"));
         }
         let of = |high: u8, low: u8| usize::from(high) << 8 | usize::from(low);
         let components: Vec<Component> = components
@@ -240,8 +238,6 @@ impl Stream {
         }
         self.frame = Frame {
             progressive: marker == 0xC2,
-            lossless: is_lossless,
-            precision: *precision,
             width: of(*w1, *w0),
             height: of(*h1, *h0),
             components,
@@ -298,14 +294,13 @@ impl Stream {
         }
     }
 
-    /// The embedded profile; `Some(Err)` if a part of it is missing.
-    fn profile(&self, bytes: &[u8]) -> Option<Result<Vec<u8>, ()>> {
+    /// The embedded profile, if no part of it is missing.
+    fn profile(&self, bytes: &[u8]) -> Option<Vec<u8>> {
         let mut parts: Vec<_> = self.profile.iter().collect();
         let &(_, count, _) = *parts.first()?;
         parts.sort_by_key(|(number, ..)| *number);
         let expected = (1..=count).eq(parts.iter().map(|(number, ..)| *number));
-        let joined = || parts.iter().flat_map(|(.., range)| bytes[range.clone()].iter().copied()).collect();
-        Some(if expected { Ok(joined()) } else { Err(()) })
+        expected.then(|| parts.iter().flat_map(|(.., range)| bytes[range.clone()].iter().copied()).collect())
     }
 
     /// Whether three components are luma and chroma, by the rules of libjpeg; of four, whether the first three are.
@@ -353,7 +348,7 @@ impl Stream {
         let [first, rest @ ..] = &self.frame.components[..] else { return false };
         let one_scan = self.frame.progressive || self.scans.len() == 1;
         let simple = first.sampling.iter().all(|s| *s <= 2) && rest.iter().all(|c| c.sampling == [1, 1]);
-        one_scan && simple && !self.frame.lossless && self.frame.components.len() != 4
+        one_scan && simple && self.frame.components.len() != 4
     }
 
     /// Whether the scans bring every bit of every coefficient.
@@ -442,11 +437,10 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Stream, Opened)> {
         _ => Model::Cmyk,
     };
     let colours = match stream.profile(bytes) {
-        Some(Ok(profile)) if profile.len() > PROFILE_BYTES => {
+        Some(profile) if profile.len() > PROFILE_BYTES => {
             return Err(Jpeg.unsupported(&format!("a colour profile of {} bytes", profile.len())));
         }
-        Some(Ok(profile)) => Colours::of_icc(&profile),
-        Some(Err(())) => Colours::Broken,
+        Some(profile) => Colours::of_icc(&profile),
         None if exif.adobe_rgb && model == Model::Rgb => Colours::adobe_rgb(),
         None => Colours::Srgb,
     };
@@ -503,9 +497,6 @@ pub(super) fn read(stream: &Stream, bytes: &[u8], job: &mut Job) -> Result<()> {
 }
 
 fn covered(stream: &Stream, bytes: &[u8]) -> Coverage {
-    if stream.frame.lossless {
-        return Coverage { rows: stream.frame.height, whole: true, damaged: false };
-    }
     coverage(&stream.frame, &stream.scans, bytes)
 }
 
@@ -541,7 +532,7 @@ fn pixels(
     let samples = if stream.is_plain() && (channels == 1 || is_ycc) {
         by_zune(&anew, channels)?
     } else {
-        by_jpeg_decoder(&anew, channels, is_ycc, stream.frame.precision)?
+        by_jpeg_decoder(&anew, channels, is_ycc)?
     };
     if samples.len() != expected {
         return Err(Jpeg.damaged("its size is wrong"));
@@ -559,26 +550,26 @@ fn by_zune(stream: &[u8], channels: usize) -> Result<Vec<u8>> {
     decoded(Jpeg, || decoder.decode().map_err(|_| Jpeg.damaged("its picture cannot be decoded")))
 }
 
-fn by_jpeg_decoder(stream: &[u8], channels: usize, is_ycc: bool, precision: u8) -> Result<Vec<u8>> {
+fn by_jpeg_decoder(stream: &[u8], channels: usize, is_ycc: bool) -> Result<Vec<u8>> {
     use jpeg_decoder::{ColorTransform, Decoder, Error as Failed};
     let mut decoder = Decoder::new(stream);
     decoder.set_color_transform(match channels {
         1 => ColorTransform::Grayscale,
         3 if is_ycc => ColorTransform::YCbCr,
-        _ => ColorTransform::None,
+        3 => ColorTransform::RGB,
+        _ => ColorTransform::CMYK,
     });
-    let samples = decoded(Jpeg, || {
+    let mut samples = decoded(Jpeg, || {
         decoder.decode().map_err(|error| match error {
-            Failed::Unsupported(_) => Jpeg.unsupported("a coding"),
+            Failed::Unsupported(_) => Jpeg.unsupported("a coding that is rare"),
             _ => Jpeg.damaged("its picture cannot be decoded"),
         })
     })?;
-    if precision <= 8 {
-        return Ok(samples);
+    if channels == 4 {
+        // It takes all of them for inverted.
+        samples.iter_mut().for_each(|sample| *sample = 255 - *sample);
     }
-    // Lossless samples of up to 16 bits, in the machine's order.
-    let shift = precision - 8;
-    Ok(samples.chunks_exact(2).map(|b| (u16::from_ne_bytes([b[0], b[1]]) >> shift) as u8).collect())
+    Ok(samples)
 }
 
 /// Inks, 0 for none, of four components as they are stored: luma, chroma and black, or inks; inverted where Adobe's mark says so.

@@ -21,7 +21,7 @@ const MAX_DECODER_BYTES: usize = 64 << 20;
 
 /// Reads a file onto the canvas.
 pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
-    let profile = profile(source)?;
+    let Beside { profile, exif } = beside(source)?;
     let mut decoder = Decoder::new_with_limits(source, Limits { bytes: MAX_DECODER_BYTES });
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
@@ -30,7 +30,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let (color, bits) = decoded(Png, || Ok(reader.output_color_type()))?;
     let info = reader.info();
     let grey = matches!(color, ColorType::Grayscale | ColorType::GrayscaleAlpha);
-    let exif = info.exif_metadata.as_deref().map(Exif::of).unwrap_or_default();
+    let exif = exif.as_deref().map(Exif::of).unwrap_or_default();
     let stored = Stored {
         width: info.width as usize,
         height: info.height as usize,
@@ -172,44 +172,64 @@ fn colours(info: &png::Info, profile: Option<Vec<u8>>, adobe_rgb: bool, grey: bo
     }
 }
 
-/// The embedded profile; the decoder drops those that are large beside the image. Leaves the file at its beginning.
-fn profile(source: &mut dyn Source) -> Result<Option<Vec<u8>>> {
-    let mut found = None;
+/// What stands beside the picture and is looked for here.
+#[derive(Default)]
+struct Beside {
+    /// The decoder drops profiles that are large beside the image.
+    profile: Option<Vec<u8>>,
+    /// The decoder does not see those behind the picture in time.
+    exif: Option<Vec<u8>>,
+}
+
+/// Looks through all chunks, and leaves the file at its beginning.
+fn beside(source: &mut dyn Source) -> Result<Beside> {
+    let mut found = Beside::default();
     let mut head = [0; 8];
     let _ = source.read_exact(&mut head);
     while source.read_exact(&mut head).is_ok() {
         let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]);
-        match &head[4..] {
-            b"iCCP" => {
-                let mut content = Vec::new();
-                let _ = (&mut *source).take(u64::from(length)).read_to_end(&mut content);
-                // A name, a zero, a zero for deflate.
-                let packed = content.iter().position(|byte| *byte == 0).and_then(|end| content.get(end + 2..));
-                let mut profile = Vec::new();
-                let unpacked = flate2::read::ZlibDecoder::new(packed.unwrap_or_default());
-                let whole = unpacked.take(PROFILE_BYTES as u64 + 1).read_to_end(&mut profile).is_ok();
-                if profile.len() > PROFILE_BYTES {
-                    return Err(Png.unsupported(&format!("a colour profile of more than {PROFILE_BYTES} bytes")));
-                }
-                found = Some(if whole { profile } else { Vec::new() });
-                break;
+        let name = &head[4..];
+        if name == b"IEND" {
+            break;
+        }
+        let wanted = name == b"iCCP" && found.profile.is_none() || name == b"eXIf" && found.exif.is_none();
+        let mut skipped = i64::from(length) + 4;
+        if wanted && length as usize <= PROFILE_BYTES {
+            let mut content = Vec::new();
+            let _ = (&mut *source).take(u64::from(length)).read_to_end(&mut content);
+            skipped = 4;
+            if name == b"eXIf" {
+                found.exif = Some(content);
+            } else {
+                found.profile = Some(profile_of(&content)?);
             }
-            b"IDAT" | b"IEND" => break,
-            _ => {
-                if source.seek_relative(i64::from(length) + 4).is_err() {
-                    break;
-                }
-            }
+        }
+        if source.seek_relative(skipped).is_err() {
+            break;
         }
     }
     source.rewind().map_err(|error| Error::Decode(format!("the file cannot be read: {error}")))?;
     Ok(found)
 }
 
+/// The profile in a chunk: a name, a zero, a zero for deflate, and what it made of the profile. What is broken gives no profile.
+fn profile_of(content: &[u8]) -> Result<Vec<u8>> {
+    let packed = content.iter().position(|byte| *byte == 0).and_then(|end| content.get(end + 2..));
+    let mut profile = Vec::new();
+    let unpacked = flate2::read::ZlibDecoder::new(packed.unwrap_or_default());
+    let whole = unpacked.take(PROFILE_BYTES as u64 + 1).read_to_end(&mut profile).is_ok();
+    if profile.len() > PROFILE_BYTES {
+        return Err(Png.unsupported(&format!("a colour profile of more than {PROFILE_BYTES} bytes")));
+    }
+    Ok(if whole { profile } else { Vec::new() })
+}
+
 /// The decoder's error in the user's words.
 fn broken(error: &DecodingError, detail: &str) -> Error {
     match error {
         DecodingError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => Png.cut_short(detail),
+        // The pixels end before the picture does; this error has no name.
+        DecodingError::Format(error) if error.to_string().contains("not enough data") => Png.cut_short(detail),
         DecodingError::LimitsExceeded => Error::Decode("the image is too large for the memory that a PNG may take".into()),
         _ => Png.damaged(if detail.is_empty() { "its picture cannot be decoded" } else { detail }),
     }

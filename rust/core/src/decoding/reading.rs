@@ -101,20 +101,9 @@ impl<'a> Job<'a> {
     pub(super) fn begin(&mut self, opened: &Opened) -> Result<()> {
         let [width, height] = opened.stored.upright();
         let factor = self.reading.factor(width, height)?;
-        let conversion = match opened.colours.conversion(opened.stored.model, opened.depth) {
-            Ok(conversion) => conversion,
-            Err(()) => {
-                self.warn("the embedded colour profile cannot be used, so the colours are taken as sRGB");
-                None
-            }
-        };
-        let depth_of = if opened.stored.premultiplied && opened.stored.alpha { Depth::F32 } else { opened.depth };
-        let conversion = if depth_of == opened.depth {
-            conversion
-        } else {
-            // Undone in floats.
-            opened.colours.conversion(opened.stored.model, depth_of).unwrap_or(None)
-        };
+        // What was multiplied is divided in floats.
+        let depth = if opened.stored.premultiplied && opened.stored.alpha { Depth::F32 } else { opened.depth };
+        let conversion = opened.colours.conversion(opened.stored.model, depth);
         self.canvas = Some(Canvas::new(opened.stored, factor, self.reading.background, conversion, self.control)?);
         Ok(())
     }

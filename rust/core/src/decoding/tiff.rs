@@ -22,9 +22,6 @@ const MAX_IMAGES: usize = 256;
 /// Bytes that are unpacked at once, about.
 const AT_ONCE: usize = 1 << 20;
 
-/// By which factor a later image must have more pixels than an earlier one to be the same picture at full size, when no tag says so.
-const LARGER: u64 = 4;
-
 mod tag {
     pub(super) const SUBFILE: u16 = 254;
     pub(super) const OLD_SUBFILE: u16 = 255;
@@ -155,11 +152,11 @@ fn chosen(file: &mut File, first: u64) -> Result<Directory> {
         let is_mask = subfile & 4 != 0 || photometric == Some(4);
         let is_reduced = subfile & 1 != 0 || file.number_of(&directory, tag::OLD_SUBFILE) == Some(2);
         let is_main = !is_mask && !is_reduced;
+        // Of the pages of a document, the first.
+        let is_page = subfile & 2 != 0;
         let better = match &best {
             None => true,
-            Some((main, most, _)) if *main == is_main => {
-                if is_main { pixels >= most.saturating_mul(LARGER) } else { pixels > *most }
-            }
+            Some((main, most, _)) if *main == is_main => pixels > *most && !is_page,
             Some((main, ..)) => !main,
         };
         if pixels > 0 && better {
@@ -234,7 +231,7 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
     }
     let in_two = one(file, tag::T4_OPTIONS, 0) & 1 == 1;
     let compression = Compression::of_number(one(file, tag::COMPRESSION, 1), in_two).map_err(|what| Tiff.unsupported(&what))?;
-    if matches!(compression, Compression::Fax1d | Compression::Fax4) && (bits != 1 || samples != 1) {
+    if matches!(compression, Compression::Fax(_)) && (bits != 1 || samples != 1) {
         return Err(Tiff.damaged("a compression of faxes, but more than one bit a pixel"));
     }
     let predictor = one(file, tag::PREDICTOR, 1);
@@ -798,9 +795,10 @@ fn from_lab(samples: Owned, channels: usize, signed: bool) -> Owned {
     let chroma = |v: f64| {
         if signed { (if v >= half { v - range } else { v }) / unit } else { (v - half) / unit }
     };
+    // White is the whole range, or, as profiles of version 2 have it, what 255 is in 16 bits.
+    let white = if signed { range - 1.0 } else { 255.0 * unit };
     let colour = |pixel: &[f64]| {
-        // L* has the whole range.
-        let [l, a, b] = [pixel[0] / (range - 1.0) * 100.0, chroma(pixel[1]), chroma(pixel[2])];
+        let [l, a, b] = [pixel[0] / white * 100.0, chroma(pixel[1]), chroma(pixel[2])];
         let fy = (l + 16.0) / 116.0;
         let inverse = |f: f64| if f > 6.0 / 29.0 { f * f * f } else { 3.0 * (6.0 / 29.0) * (6.0 / 29.0) * (f - 4.0 / 29.0) };
         let [x, y, z] = [0.964_22 * inverse(fy + a / 500.0), inverse(fy), 0.825_21 * inverse(fy - b / 200.0)];

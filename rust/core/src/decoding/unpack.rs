@@ -1,24 +1,33 @@
 //! Compressed data of TIFF as a stream of bytes, by a library for each compression.
 
 use std::io::{self, Cursor, Read};
-use std::vec::IntoIter;
 
-use fax::decoder::{Group4Decoder, pels};
-use fax::maps::{black, white};
-use fax::{BitReader, ByteReader, Color};
+use fax::BitReader;
+use fax::maps::{Mode, black, mode, white};
 use lzma_rust2::XzReader;
 use weezl::{BitOrder, decode::Decoder as Lzw};
 
 /// The most memory that a window of LZMA or Zstandard may take, in KiB.
 const WINDOW_KIB: u32 = 128 << 10;
 
+/// How the rows of faxes are coded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rows {
+    /// Each by itself, from a whole byte on.
+    Bytes,
+    /// Each by itself, with marks between them (ITU-T T.4).
+    Marked,
+    /// By the one above or by itself, as a bit behind the mark says.
+    MarkedTwo,
+    /// By the one above (ITU-T T.6).
+    Two,
+}
+
 /// How a strip or tile is compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Compression {
     None,
-    /// Runs of bits, each row from a whole byte on (2), or with marks between the rows (3).
-    Fax1d,
-    Fax4,
+    Fax(Rows),
     Lzw,
     Jpeg,
     Deflate,
@@ -35,10 +44,10 @@ impl Compression {
     pub(super) fn of_number(number: u64, has_rows_in_two_dimensions: bool) -> Result<Self, String> {
         Ok(match number {
             1 => Self::None,
-            2 => Self::Fax1d,
-            3 if has_rows_in_two_dimensions => return Err("Group 3 compression in two dimensions".into()),
-            3 => Self::Fax1d,
-            4 => Self::Fax4,
+            2 => Self::Fax(Rows::Bytes),
+            3 if has_rows_in_two_dimensions => Self::Fax(Rows::MarkedTwo),
+            3 => Self::Fax(Rows::Marked),
+            4 => Self::Fax(Rows::Two),
             5 => Self::Lzw,
             6 => return Err("old-style JPEG compression".into()),
             7 => Self::Jpeg,
@@ -74,10 +83,7 @@ pub(super) fn unpacked(compression: Compression, mut data: Vec<u8>, lsb_first: b
             Err(_) => Box::new(Broken),
         },
         Compression::Lzma => Box::new(XzReader::new_mem_limit(Cursor::new(data), true, WINDOW_KIB)),
-        Compression::Fax1d | Compression::Fax4 => match Fax::new(data, width, compression == Compression::Fax4) {
-            Some(fax) => Box::new(fax),
-            None => Box::new(Broken),
-        },
+        Compression::Fax(rows) => Box::new(Fax::new(data, width, rows)),
     }
 }
 
@@ -165,73 +171,136 @@ impl Read for LzwBytes {
     }
 }
 
-type FaxBytes = std::iter::Map<IntoIter<u8>, fn(u8) -> Result<u8, io::Error>>;
+/// Codes of faxes, bit by bit.
+struct Codes {
+    data: Vec<u8>,
+    bit: usize,
+}
 
-/// Rows of bits as faxes send them (ITU-T T.4 in one dimension, T.6); white is 0.
+impl BitReader for Codes {
+    type Error = ();
+
+    /// Beyond the data are zeros, enough to look up the last code.
+    fn peek(&self, bits: u8) -> Option<u16> {
+        let byte = self.bit / 8;
+        if byte >= self.data.len() {
+            return None;
+        }
+        let next = (0..4).fold(0u32, |next, i| next << 8 | u32::from(self.data.get(byte + i).copied().unwrap_or(0)));
+        Some((next << (self.bit % 8) >> (32 - u32::from(bits))) as u16)
+    }
+
+    fn consume(&mut self, bits: u8) -> Result<(), ()> {
+        self.bit += usize::from(bits);
+        Ok(())
+    }
+
+    fn bits_to_byte_boundary(&self) -> u8 {
+        (self.bit.next_multiple_of(8) - self.bit) as u8
+    }
+}
+
+/// Rows of bits as faxes send them; white is 0.
 struct Fax {
+    codes: Codes,
     rows: Rows,
     width: u32,
+    /// Where the colour changes in the last row, from white on.
+    changes: Vec<u32>,
     row: Vec<u8>,
     at: usize,
 }
 
-enum Rows {
-    One(ByteReader<FaxBytes>),
-    Two(Group4Decoder<FaxBytes>),
-}
-
 impl Fax {
-    fn new(mut data: Vec<u8>, width: usize, is_two: bool) -> Option<Self> {
-        // The last codes are looked for in more bits than they have.
-        data.extend([0; 4]);
-        let bytes: FaxBytes = data.into_iter().map(Ok as fn(u8) -> Result<u8, io::Error>);
-        let width = u32::try_from(width).ok()?;
-        let rows = if is_two {
-            Rows::Two(Group4Decoder::new(bytes, width).ok()?)
-        } else {
-            Rows::One(ByteReader::new(bytes).ok()?)
-        };
-        Some(Self { rows, width, row: Vec::new(), at: 0 })
+    fn new(data: Vec<u8>, width: usize, rows: Rows) -> Self {
+        let width = u32::try_from(width).unwrap_or(0);
+        Self { codes: Codes { data, bit: 0 }, rows, width, changes: Vec::new(), row: Vec::new(), at: 0 }
     }
 
     /// The next row; `None` where there is none.
     fn next(&mut self) -> Option<()> {
-        let mut changes = Vec::new();
-        match &mut self.rows {
-            Rows::Two(decoder) => {
-                if decoder.advance().ok()? == fax::decoder::DecodeStatus::End {
-                    return None;
-                }
-                changes.extend_from_slice(decoder.transition());
+        let by_itself = match self.rows {
+            Rows::Two => false,
+            Rows::Bytes => {
+                self.codes.bit = self.codes.bit.next_multiple_of(8);
+                true
             }
-            Rows::One(reader) => {
-                // Marks between rows, and what fills them up, or up to a whole byte.
-                while let Some(next @ (0 | 1)) = reader.peek(12) {
-                    reader.consume(if next == 1 { 12 } else { 1 }).ok()?;
-                }
-                let (mut at, mut is_white) = (0, true);
-                while at < self.width {
-                    loop {
-                        let run = if is_white { white::decode(reader)? } else { black::decode(reader)? };
-                        at += u32::from(run);
-                        if run < 64 {
-                            break;
-                        }
-                    }
-                    changes.push(at);
-                    is_white = !is_white;
-                }
-            }
-        }
+            Rows::Marked | Rows::MarkedTwo => self.skip_marks()?,
+        };
+        let changes = if by_itself { self.runs()? } else { self.by_the_one_above()? };
         self.row.clear();
         self.row.resize((self.width as usize).div_ceil(8), 0);
-        for (x, colour) in pels(&changes, self.width).enumerate() {
-            if colour == Color::Black {
-                self.row[x / 8] |= 0x80 >> (x % 8);
-            }
+        let end = self.width;
+        for black in changes.chunks(2) {
+            let to = black.get(1).copied().unwrap_or(end).min(end);
+            (black[0]..to).for_each(|x| self.row[x as usize / 8] |= 0x80 >> (x % 8));
         }
+        self.changes = changes;
         self.at = 0;
         Some(())
+    }
+
+    /// Goes over the marks before a row, and the zeros that fill up. Returns whether the row is coded by itself.
+    fn skip_marks(&mut self) -> Option<bool> {
+        let mut by_itself = true;
+        while let next @ (0 | 1) = self.codes.peek(12)? {
+            self.codes.bit += if next == 1 { 12 } else { 1 };
+            if next == 1 && self.rows == Rows::MarkedTwo {
+                by_itself = self.codes.peek(1)? == 1;
+                self.codes.bit += 1;
+            }
+        }
+        Some(by_itself)
+    }
+
+    /// How long the next run is.
+    fn run(&mut self, is_white: bool) -> Option<u32> {
+        let mut length = 0;
+        loop {
+            let part = if is_white { white::decode(&mut self.codes)? } else { black::decode(&mut self.codes)? };
+            length += u32::from(part);
+            if part < 64 {
+                return Some(length);
+            }
+        }
+    }
+
+    /// The changes of a row that is coded by itself.
+    fn runs(&mut self) -> Option<Vec<u32>> {
+        let (mut at, mut changes) = (0, Vec::new());
+        while at < self.width {
+            at += self.run(changes.len() % 2 == 0)?;
+            changes.push(at.min(self.width));
+        }
+        Some(changes)
+    }
+
+    /// The changes of a row that is coded by those of the one above.
+    fn by_the_one_above(&mut self) -> Option<Vec<u32>> {
+        let (mut at, mut started) = (0, false);
+        let mut changes: Vec<u32> = Vec::new();
+        while at < self.width {
+            // The next change above to the other colour.
+            let above = self.changes.iter().enumerate().skip(changes.len() % 2).step_by(2);
+            let next = above.map(|(i, change)| (i, *change)).find(|(_, change)| *change > at || !started && *change == at);
+            let (index, first) = next.unwrap_or((usize::MAX - 1, self.width));
+            match mode::decode(&mut self.codes)? {
+                Mode::Pass => at = self.changes.get(index + 1).copied().unwrap_or(self.width),
+                Mode::Vertical(moved) => {
+                    at = first.checked_add_signed(i32::from(moved))?.min(self.width);
+                    changes.push(at);
+                }
+                Mode::Horizontal => {
+                    for _ in 0..2 {
+                        at = (at + self.run(changes.len() % 2 == 0)?).min(self.width);
+                        changes.push(at);
+                    }
+                }
+                Mode::Extension | Mode::EOF => return None,
+            }
+            started = true;
+        }
+        Some(changes)
     }
 }
 

@@ -85,6 +85,9 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
             decoder.read_image(&mut samples).map_err(unreadable)
         }
     })?;
+    if found[at..].iter().any(|chunk| !chunk.whole) {
+        job.warn("the WebP file lacks its end; all its pixels are there");
+    }
     for (band, samples) in samples.chunks(ROWS * row).enumerate() {
         job.canvas()?.put(0, band * ROWS, stored.width, Samples::U8(samples))?;
     }
