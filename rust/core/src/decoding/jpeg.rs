@@ -221,7 +221,8 @@ impl Stream {
             _ => self.unsupported = self.unsupported.or(Some("hierarchical coding")),
         }
         if *precision != 8 {
-            self.unsupported = self.unsupported.or(Some("samples of other than 8 bits"));
+            let what = if *precision == 12 { "samples of 12 bits" } else { "samples of other than 8 bits" };
+            self.unsupported = self.unsupported.or(Some(what));
         }
         let of = |high: u8, low: u8| usize::from(high) << 8 | usize::from(low);
         let components: Vec<Component> = components

@@ -37,7 +37,7 @@ impl Container {
     /// An error for a file that may be sound, but has what is not read.
     pub(super) fn unsupported(self, what: &str) -> Error {
         Error::Unsupported(format!(
-            "the {} file has {what}, which is not supported: save it anew as PNG, or as plain {}",
+            "the {} file is of a kind that is not supported ({what}): save it anew as PNG, or as plain {}",
             self.name(),
             self.name()
         ))

@@ -229,7 +229,7 @@ fn broken(error: &DecodingError, detail: &str) -> Error {
     match error {
         DecodingError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => Png.cut_short(detail),
         // The pixels end before the picture does; this error has no name.
-        DecodingError::Format(error) if error.to_string().contains("not enough data") => Png.cut_short(detail),
+        DecodingError::Format(error) if error.to_string().contains("enough data") => Png.cut_short(detail),
         DecodingError::LimitsExceeded => Error::Decode("the image is too large for the memory that a PNG may take".into()),
         _ => Png.damaged(if detail.is_empty() { "its picture cannot be decoded" } else { detail }),
     }
