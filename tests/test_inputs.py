@@ -1,5 +1,6 @@
 """Everything that can be drawn, and what is refused."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from tests import oracles
 from tests.support import options_with
 
 import graphstipple as gs
-from graphstipple import _core
+from graphstipple import _core, metrics
 
 
 def same(first: gs.Drawing, second: gs.Drawing) -> bool:
@@ -186,6 +187,114 @@ def test_files_that_are_no_images_are_refused(small: np.ndarray, tmp_path: Path)
         with pytest.raises(gs.ImageFileError) as error:
             gs.draw(tmp_path / name)
         assert "\n" not in str(error.value)
+
+
+LONELY = "\ud800.png"
+CUT_BY_NUL = "photo\0.png"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file names of Windows may hold lone surrogates")
+@pytest.mark.parametrize(
+    "read",
+    [
+        gs.draw,
+        gs.Session,
+        gs.saliency,
+        gs.stages.tone,
+        gs.load,
+        lambda path: gs.draw(np.zeros((4, 4)), importance=path),
+        lambda path: gs.Session(np.zeros((4, 4)), importance=path),
+        lambda path: gs.draw(np.zeros((4, 4)), importance=lambda _: path),
+    ],
+)
+@pytest.mark.parametrize("kind", [str, Path])
+@pytest.mark.parametrize(("name", "character"), [(LONELY, "U\\+D800"), (CUT_BY_NUL, "U\\+0000")])
+def test_names_that_no_file_can_have_are_not_found(read: Any, kind: Any, name: str, character: str) -> None:
+    with pytest.raises(
+        gs.ImageFileNotFoundError, match=f"the file does not exist, as no file name can hold .* {character}$"
+    ) as error:
+        read(kind(name))
+    assert str(error.value).isprintable()
+    assert ascii(name)[1:-1] in str(error.value)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file names of Windows may hold lone surrogates")
+@pytest.mark.parametrize(("name", "character"), [("\ud800.svg", "U\\+D800"), ("drawing\0.svg", "U\\+0000")])
+def test_names_that_no_file_can_have_are_not_written(expected: gs.Drawing, tmp_path: Path, name: str, character: str) -> None:
+    for path in (name, tmp_path / name, str(tmp_path / name)):
+        with pytest.raises(gs.ImageFileError, match=f"cannot be written, as no .* character {character}$") as error:
+            expected.save(path)
+        assert str(error.value).isprintable()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes")
+def test_names_that_are_no_text_name_files(small: np.ndarray, expected: gs.Drawing, tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"caf\xe9.png")
+    Image.fromarray(small).save(path)
+    assert same(gs.draw(path), expected)
+    assert same(gs.draw(os.fsencode(path).decode(errors="surrogateescape")), expected)
+    map_ = gs.draw(small, importance=small[:, :, 0])
+    Image.fromarray(small[:, :, 0]).save(path)
+    for importance in (path, str(path)):
+        assert same(gs.draw(small, importance=importance), map_)
+    expected.save(tmp_path / os.fsdecode(b"caf\xe9.svg"))
+    assert same(gs.load(tmp_path / os.fsdecode(b"caf\xe9.svg")), expected)
+
+
+# Masked arrays -------------------------------------------------------------------------------------------------------------------
+
+
+def masked(array: np.ndarray, *places: tuple[int, ...]) -> np.ma.MaskedArray:
+    """Return an array with some values masked."""
+    mask = np.zeros(array.shape, bool)
+    for place in places:
+        mask[place] = True
+    return np.ma.MaskedArray(array, mask)
+
+
+def test_masked_values_are_refused(small: np.ndarray) -> None:
+    grey = small[:, :, 1]
+    two, pixel = masked(grey, (3, 4), (5, 6)), masked(small, (3, 4))
+    with pytest.raises(gs.InvalidInputError, match=r"^2 values of the image are masked, .*: image\.filled\(value\) fills") as error:
+        gs.draw(two)
+    assert "\n" not in str(error.value)
+    for read in (gs.draw, gs.Session, gs.saliency, gs.stages.tone):
+        with pytest.raises(gs.InvalidInputError, match=r"^3 values of the image are masked"):
+            read(pixel)
+    with pytest.raises(gs.InvalidInputError, match=r"^1 value of the image is masked"):
+        gs.draw(masked(grey / 255, (0, 0)))
+    for importance in (two, lambda _: two):
+        for read in (gs.draw, gs.Session):
+            with pytest.raises(gs.InvalidInputError, match=r"^2 values of the importance are masked, .*: importance\.filled\("):
+                read(small, importance)
+    assert same(gs.draw(two.filled(9)), gs.draw(np.where(two.mask, np.uint8(9), grey)))
+
+
+def test_masked_values_are_refused_by_stages_and_metrics() -> None:
+    tone = np.linspace(0, 1, 900).reshape(30, 30)
+    one = masked(tone, (3, 4))
+    with pytest.raises(gs.InvalidInputError, match=r"^1 value of the tone is masked"):
+        gs.stages.emphasize(one)
+    with pytest.raises(gs.InvalidInputError, match=r"^1 value of the map_ is masked"):
+        gs.stages.importance(tone, one)
+    with pytest.raises(gs.InvalidInputError, match=r"^2 values of the labels are masked"):
+        gs.stages.components([[0, 1], [1, 2]], masked(np.zeros(3, np.uint8), (0,), (2,)))
+    with pytest.raises(gs.InvalidInputError, match=r"^1 value of the picture is masked"):
+        metrics.ssim(one, tone)
+    with pytest.raises(gs.InvalidInputError, match=r"^1 value of the reference is masked"):
+        metrics.psnr(tone, one)
+    with pytest.raises(gs.InvalidInputError, match=r"^1 value of the picture is masked"):
+        metrics.blurred(one)
+
+
+def test_masked_arrays_without_masked_values_are_their_data(small: np.ndarray, expected: gs.Drawing) -> None:
+    # With a mask of nothing, and with none.
+    for whole in (masked(small), np.ma.MaskedArray(small)):
+        assert same(gs.draw(whole), expected)
+        assert same(gs.draw(small, importance=whole[:, :, 0]), gs.draw(small, importance=small[:, :, 0]))
+        np.testing.assert_array_equal(gs.stages.emphasize(whole[:, :, 0] / 255), gs.stages.emphasize(small[:, :, 0] / 255))
+        assert metrics.psnr(whole[:, :, 0] / 255, small[:, :, 0] / 255) == np.inf
 
 
 def test_saliency_is_the_default_importance(small: np.ndarray, expected: gs.Drawing) -> None:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleWarning, InvalidInputError
-from graphstipple._inputs import ImageLike, is_pil, read_photo
+from graphstipple._inputs import ImageLike, is_pil, is_text, path_to_read, read_photo
 from graphstipple.drawing import Drawing, RecordedOptions, known
 from graphstipple.options import Options
 
@@ -202,7 +202,7 @@ def _read(
     if isinstance(importance, os.PathLike):
         # A path is no name, even where it looks like one.
         importance = str(Path(os.fsdecode(importance)).absolute())
-    if isinstance(importance, str):
+    if isinstance(importance, str) and is_text(path_to_read(importance)):
         return photo, importance
     if not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
         raise InvalidInputError(f"the importance has the shape {np.asarray(importance).shape}, but it must be (height, width)")

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
-from graphstipple._errors import InvalidInputError
+from graphstipple._errors import ImageFileError, ImageFileNotFoundError, InvalidInputError
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -51,12 +51,74 @@ def read_photo(
 ) -> _core.Photo:
     """Return an image as `read_luma` does, for the core, reduced while it is read as the options ask for: by None not at all."""
     if isinstance(image, (str, os.PathLike)):
-        return _core.read_photo(os.fsdecode(image), background, options)
+        return _core.read_photo(path_to_read(image), background, options)
     if is_pil(image):
         return _core.photo(_from_pil(image), background, options)
     if hasattr(image, "__array__"):
-        return _core.photo(_from_array(np.asarray(image), name), background, options)
+        return _core.photo(_from_array(unmasked(image, name), name), background, options)
     raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
+
+
+def path_to_read(path: str | os.PathLike[str]) -> str:
+    """Return a path as text.
+
+    Raises
+    ------
+    ImageFileNotFoundError
+        If no file can have this name.
+    """
+    text = os.fsdecode(path)
+    unfit = _unfit_character(text)
+    if unfit is not None:
+        raise ImageFileNotFoundError(f"{text!a}: the file does not exist, as no file name can hold {unfit}")
+    return text
+
+
+def path_to_write(path: str | os.PathLike[str]) -> str:
+    """Return a path as text.
+
+    Raises
+    ------
+    ImageFileError
+        If no file can have this name.
+    """
+    text = os.fsdecode(path)
+    unfit = _unfit_character(text)
+    if unfit is not None:
+        raise ImageFileError(f"{text!a}: the file cannot be written, as no file name can hold {unfit}")
+    return text
+
+
+def is_text(path: str) -> bool:
+    """Whether a path is text, as names of sources are; others hold bytes that no text has, and only files are named so."""
+    return not any("\ud800" <= character <= "\udfff" for character in path)
+
+
+def _unfit_character(name: str) -> str | None:
+    """Return the first character that no file name can hold, in words, if there is one: NUL, a lone surrogate on most systems."""
+    place = name.find("\0")
+    if place < 0:
+        try:
+            os.fsencode(name)
+        except UnicodeEncodeError as error:
+            place = error.start
+    return f"the character U+{ord(name[place]):04X}" if place >= 0 else None
+
+
+def unmasked(values: object, name: str) -> npt.NDArray[Any]:
+    """Return what is an array, or becomes one, as a plain array.
+
+    Raises
+    ------
+    InvalidInputError
+        If values of a masked array are masked; `name` says what it is.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        count = np.count_nonzero(np.ma.getmaskarray(values))
+        if count:
+            masked = f"{count} values of the {name} are" if count > 1 else f"1 value of the {name} is"
+            raise InvalidInputError(f"{masked} masked, but every value must be known: {name}.filled(value) fills what is masked")
+    return np.asarray(values)
 
 
 def check_range(array: npt.NDArray[Any], name: str) -> None:

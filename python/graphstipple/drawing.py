@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleError, InvalidInputError, MissingPackageError
+from graphstipple._inputs import path_to_read, path_to_write
 from graphstipple.options import Options
 
 if TYPE_CHECKING:
@@ -213,7 +214,7 @@ class Drawing:
             If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
         """
         settings = _given(width=width, margin=margin, page=page, dpi=dpi) | _plain(style=style, inks=inks, one_bit=one_bit)
-        self._core.save(os.fsdecode(path), settings)
+        self._core.save(path_to_write(path), settings)
 
     def svg(
         self,
@@ -393,7 +394,7 @@ def load(path: str | os.PathLike[str]) -> Drawing:
     ImageFileError
         If the file cannot be read or holds no drawing of graphstipple; `ImageFileNotFoundError` if there is none.
     """
-    core = _core.load(os.fsdecode(path))
+    core = _core.load(path_to_read(path))
     try:
         return Drawing(core, Options._of(core.options()), {})
     except InvalidInputError as error:

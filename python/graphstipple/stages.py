@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
-from graphstipple._inputs import ImageLike, read_luma
+from graphstipple._inputs import ImageLike, read_luma, unmasked
 from graphstipple.drawing import RecordedOptions, Region, known, stipple_array
 from graphstipple.options import Options, Published
 
@@ -592,7 +592,7 @@ def outline(
 
 def _array(name: str, values: npt.ArrayLike, dtype: type[np.number[Any]], dimensions: int) -> npt.NDArray[Any]:
     """Return the values as a C-contiguous array; what does not fit the type is an error, not a wrapped number."""
-    array = np.asarray(values)
+    array = unmasked(values, name)
     if array.dtype.kind not in "biuf" and array.size:
         raise InvalidInputError(f"{name} has values of type {array.dtype}, but they must be numbers")
     if array.ndim != dimensions:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from graphstipple._errors import InvalidInputError, MissingPackageError
-from graphstipple._inputs import check_range
+from graphstipple._inputs import check_range, unmasked
 
 try:
     import cv2
@@ -239,7 +239,7 @@ def checked(values: object, name: str, least_side: int = 1, metric: str = "the c
     InvalidInputError
         If it is no such array.
     """
-    array = np.asarray(values)
+    array = unmasked(values, name)
     if array.ndim != 2 or array.size == 0:
         raise InvalidInputError(f"the {name} has the shape {array.shape}, but it must be (height, width) with at least one pixel")
     if array.dtype.kind != "f":

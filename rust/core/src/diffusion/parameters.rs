@@ -1,5 +1,6 @@
 //! The parameters of a diffusion, and the share of its error that a node passes on.
 
+use crate::base::Result;
 use crate::options::{Alpha, Options, Order, Published};
 
 /// The parameters of one diffusion; ranges as in [`Options`].
@@ -42,12 +43,15 @@ impl Diffusion {
     }
 
     /// The share of its error that it passes on if so: alpha. `mean` is the local mean around it.
-    pub(crate) fn share(&self, start: f64, mean: impl FnOnce() -> f64) -> f64 {
-        match self.alpha {
+    ///
+    /// # Errors
+    /// Those of `mean`.
+    pub(crate) fn share(&self, start: f64, mean: impl FnOnce() -> Result<f64>) -> Result<f64> {
+        Ok(match self.alpha {
             Alpha::Constant(alpha) => alpha,
             Alpha::Tonal => self.shading * tonal_share(start),
-            Alpha::Dynamic => self.base + self.detail_gain * (start - mean()).abs(),
-        }
+            Alpha::Dynamic => self.base + self.detail_gain * (start - mean()?).abs(),
+        })
     }
 }
 

@@ -18,7 +18,7 @@ impl<G: Adjacency> Task<'_, G> {
         let &Self { graph, values, areas, parameters, .. } = self;
         let mut nodes: Vec<Node> = values.iter().map(|v| Node::new(*v)).collect();
         let mut queue = PriorityQueue::new(&mut nodes);
-        let mut local_mean = LocalMean::of_radius(parameters.hops);
+        let mut local_mean = LocalMean::of_hops(parameters.hops, self.control);
         let mut open: Vec<Open> = Vec::with_capacity(16);
         let mut labelled = 0;
 
@@ -50,7 +50,7 @@ impl<G: Adjacency> Task<'_, G> {
             if open.is_empty() {
                 continue;
             }
-            let alpha = self.share_of(number, &mut local_mean);
+            let alpha = self.share_of(number, &mut local_mean)?;
             if alpha == 0.0 {
                 continue;
             }

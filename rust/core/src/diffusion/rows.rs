@@ -31,7 +31,7 @@ impl<G: Adjacency> Task<'_, G> {
         let mut labels = vec![UNLABELLED; self.values.len()];
         let done = AtomicUsize::new(0);
         labels.par_chunks_mut(size).enumerate().try_for_each(|(band, labels)| {
-            self.label_band(band * size, size / WARM_UP_IN_BAND, labels);
+            self.label_band(band * size, size / WARM_UP_IN_BAND, labels)?;
             let done = done.fetch_add(labels.len(), Ordering::Relaxed) + labels.len();
             self.control.report(done as f32 / self.values.len() as f32)
         })?;
@@ -39,18 +39,18 @@ impl<G: Adjacency> Task<'_, G> {
     }
 
     /// Labels the nodes from `first` on, after up to `warm_up` before them.
-    fn label_band(&self, first: usize, warm_up: usize, labels: &mut [u8]) {
+    fn label_band(&self, first: usize, warm_up: usize, labels: &mut [u8]) -> Result<()> {
         let &Self { graph, values, areas, parameters, .. } = self;
         let tried = first.saturating_sub(warm_up)..first + labels.len();
         let mut received = vec![0.0; tried.len()];
-        let mut local_mean = LocalMean::of_radius(parameters.hops);
+        let mut local_mean = LocalMean::of_hops(parameters.hops, self.control);
         let mut open: Vec<Open> = Vec::with_capacity(16);
         for number in tried.clone() {
             let start = f64::from(values[number]);
             let mut current = start + received[number - tried.start];
             if first == 0 && self.is_at_the_top(number) {
                 // No row has passed errors on to it: what they might be.
-                current += 0.5 * f64::from(noise(number as u64)) * self.share_of(number, &mut local_mean);
+                current += 0.5 * f64::from(noise(number as u64)) * self.share_of(number, &mut local_mean)?;
             }
             let label = u8::from(current >= 0.5);
             if number >= first {
@@ -60,7 +60,7 @@ impl<G: Adjacency> Task<'_, G> {
             if error == 0.0 || !parameters.passes_on(start, label) {
                 continue;
             }
-            let alpha = self.share_of(number, &mut local_mean);
+            let alpha = self.share_of(number, &mut local_mean)?;
             if alpha == 0.0 {
                 continue;
             }
@@ -81,6 +81,7 @@ impl<G: Adjacency> Task<'_, G> {
                 }
             }
         }
+        Ok(())
     }
 
     /// Whether less than a third of a node's neighbours have lower numbers, and can pass errors on to it.

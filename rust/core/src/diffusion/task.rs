@@ -1,6 +1,6 @@
 //! A diffusion, whatever the order of its nodes.
 
-use crate::base::Control;
+use crate::base::{Control, Result};
 use crate::diffusion::parameters::Diffusion;
 use crate::diffusion::weights::LocalMean;
 use crate::graph::Adjacency;
@@ -19,7 +19,10 @@ pub(super) struct Task<'a, G> {
 
 impl<G: Adjacency> Task<'_, G> {
     /// The share of its error that a node passes on.
-    pub(super) fn share_of(&self, number: usize, local_mean: &mut LocalMean) -> f64 {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`]
+    pub(super) fn share_of(&self, number: usize, local_mean: &mut LocalMean<'_>) -> Result<f64> {
         self.parameters.share(f64::from(self.values[number]), || local_mean.mean(self.graph, self.values, number))
     }
 }

@@ -3,6 +3,8 @@
 //! Adjacency is in compressed sparse rows: the neighbours of node `i` are `neighbors[offsets[i]..offsets[i + 1]]`. Every edge
 //! stands in both rows. What this module does not do: build one (see [`super::lattice`], [`super::triangulation`]).
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::base::{Error, Result};
@@ -28,6 +30,12 @@ pub trait Adjacency: Sync {
             count += 1.0;
         });
         sum / count
+    }
+
+    /// Calls `visit` with ranges of numbers that hold every node within so many hops of `node` once, itself too, and no other;
+    /// or returns `false`, having called nothing, where only a search finds them.
+    fn for_each_run_within(&self, _node: usize, _hops: usize, _visit: impl FnMut(Range<usize>)) -> bool {
+        false
     }
 }
 

@@ -264,6 +264,23 @@ impl Adjacency for Lattice {
             }
         }
     }
+
+    /// A hexagon, or a square on its corner, cut off at the frame: no way within so many hops has to leave it.
+    fn for_each_run_within(&self, node: usize, hops: usize, mut visit: impl FnMut(Range<usize>)) -> bool {
+        let (row, column) = self.row_and_column(node);
+        let (own, both) = (self.across[row % 2], [0, 1].map(|side| self.across[0][side] + self.across[1][side]));
+        for other in row.saturating_sub(hops)..(row + hops + 1).min(self.rows) {
+            let steps = row.abs_diff(other);
+            // As far as the steps across the rows reach, and the hops that are left along the row.
+            let [left, right] = [0, 1].map(|side| (steps / 2) as isize * both[side] + (steps % 2) as isize * own[side]);
+            let (along, columns) = ((hops - steps) as isize, self.columns[other % 2] as isize);
+            let begin = (column as isize + left - along).clamp(0, columns);
+            let end = (column as isize + right + along + 1).clamp(0, columns);
+            let start = self.row_start(other);
+            visit(start + begin as usize..start + end as usize);
+        }
+        true
+    }
 }
 
 #[cfg(test)]

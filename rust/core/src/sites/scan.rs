@@ -54,7 +54,7 @@ fn diffuse_in_rows(lattice: &Lattice, values: &[f32], parameters: &Diffusion, co
     let done = AtomicUsize::new(0);
     labels.par_chunks_mut(ROWS_IN_BAND / 2 * lattice.nodes_in_two_rows()).enumerate().try_for_each(|(band, labels)| {
         let first = ROWS_IN_BAND * band;
-        scan.label(first..(first + ROWS_IN_BAND).min(lattice.rows()), labels);
+        scan.label(first..(first + ROWS_IN_BAND).min(lattice.rows()), labels, control)?;
         control.report(done.fetch_add(labels.len(), Ordering::Relaxed) as f32 / values.len() as f32)
     })?;
     Ok(labels)
@@ -70,10 +70,10 @@ struct Scan<'a> {
 
 impl Scan<'_> {
     /// Labels the nodes of some rows.
-    fn label(&self, band: Range<usize>, labels: &mut [u8]) {
+    fn label(&self, band: Range<usize>, labels: &mut [u8], control: &Control) -> Result<()> {
         let lattice = self.lattice;
         let (warm_up, first) = (WARM_UP.min(lattice.rows() - 1), lattice.row(band.start).start);
-        let mut local_mean = LocalMean::of_radius(self.parameters.hops);
+        let mut local_mean = LocalMean::of_hops(self.parameters.hops, control);
         // What a row was passed, and what it passes to the next. Errors that begin at 0 would all come to a half in the same row.
         let spread = if warm_up > 0 { 0.5 } else { 0.0 };
         let mut received: Vec<f64> =
@@ -90,10 +90,12 @@ impl Scan<'_> {
                 true => &mut forgotten[..own.len()],
                 false => &mut labels[own.start - first..own.end - first],
             };
-            self.label_row(row, next, &received, &mut passed, labels, &mut local_mean);
+            control.check()?;
+            self.label_row(row, next, &received, &mut passed, labels, &mut local_mean)?;
             std::mem::swap(&mut received, &mut passed);
             passed.fill(0.0);
         }
+        Ok(())
     }
 
     /// Labels a row, which was passed errors, and passes its own to the next.
@@ -104,8 +106,8 @@ impl Scan<'_> {
         received: &[f64],
         passed: &mut [f64],
         labels: &mut [u8],
-        local_mean: &mut LocalMean,
-    ) {
+        local_mean: &mut LocalMean<'_>,
+    ) -> Result<()> {
         let &Self { lattice, values, parameters, margin } = self;
         let (own, [along, across]) = (lattice.row(row), lattice.distances());
         let next = next.map(|next| lattice.row(next));
@@ -146,7 +148,7 @@ impl Scan<'_> {
             if open.is_empty() || !parameters.passes_on(start, label) {
                 continue;
             }
-            let alpha = parameters.share(start, || local_mean.mean(lattice, values, number));
+            let alpha = parameters.share(start, || local_mean.mean(lattice, values, number))?;
             weigh(open, start, parameters);
             let bits = mixed(number as u64);
             let mut sum = 0.0;
@@ -164,6 +166,7 @@ impl Scan<'_> {
                 }
             }
         }
+        Ok(())
     }
 
     /// The node in a place of a row, or that it mirrors.
