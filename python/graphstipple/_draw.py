@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleWarning, InvalidInputError
-from graphstipple._inputs import ImageLike, is_pil, is_text, path_to_read, read_photo
+from graphstipple._inputs import MAX_PIXELS, ImageLike, is_pil, is_text, path_to_read, read_photo, reading_of
 from graphstipple.drawing import Drawing, RecordedOptions, known
 from graphstipple.options import Options
 
@@ -36,6 +36,9 @@ def draw(
     importance: ImportanceLike = "saliency",
     options: Options | RecordedOptions | None = None,
     progress: Progress | None = None,
+    *,
+    max_pixels: int = MAX_PIXELS,
+    allow_damaged: bool = False,
 ) -> Drawing:
     """Draw a photo in black and white.
 
@@ -44,9 +47,10 @@ def draw(
     Parameters
     ----------
     image : str, path, PIL image or ndarray
-        The photo. A file (PNG, JPEG, TIFF, WebP) is decoded by Rust, as on the command line. An array is (height, width) or
+        The photo. A file (PNG, JPEG, TIFF, WebP) is decoded by Rust, as on the command line; one that Rust does not support, by
+        Pillow: docs/formats.md has what is read. An array is (height, width) or
         (height, width, channels): grey, grey and alpha, sRGB, or sRGB and alpha; bool, uint8, uint16, or floats in [0, 1].
-        A colour profile is applied to files only: PIL images and arrays are taken as sRGB.
+        A colour profile is applied, that of a file as that of a PIL image (`info["icc_profile"]`); arrays are sRGB.
     importance : str, path, PIL image, ndarray or callable
         Where detail is wanted: "saliency" (the default), "none" (everywhere), "constant:V" with V in (0, 1], or a map of any
         size, as a file, PIL image or array (height, width), white where detail is wanted. A callable gets the photo's luma, float32
@@ -58,6 +62,10 @@ def draw(
     progress : callable, optional
         Called with the stage's name and the fraction of the whole drawing that is done, some 50 times a second. What it raises
         stops the work.
+    max_pixels : int
+        Refuse images with more pixels, before memory is taken for them; 1 to 250,000,000.
+    allow_damaged : bool
+        Draw what there is of a file that is cut short or damaged, the rest as background.
 
     Returns
     -------
@@ -73,14 +81,16 @@ def draw(
     Warns
     -----
     GraphStippleWarning
-        If the drawing is blank, though the photo is not flat.
+        If the drawing is blank, though the photo is not flat; if a file lacks its end, or parts of it are drawn as background.
     """
     options = known(options)
     seconds: dict[str, float] = {}
     report = progress or _silent
-    result = _core.draw(*_read(image, importance, options._checked, seconds, report), options._checked, progress)
+    reading = reading_of(options._checked, max_pixels, allow_damaged)
+    photo, source, heard = _read(image, importance, reading, seconds, report)
+    result = _core.draw(photo, source, reading, options._checked, progress)
     report("outlines", 1.0)
-    return _drawing(result, options, seconds)
+    return _drawing(result, options, seconds, heard)
 
 
 class Session:
@@ -105,6 +115,8 @@ class Session:
         The photo, as for `draw`.
     importance : str, path, PIL image, ndarray or callable
         Where detail is wanted, as for `draw`.
+    max_pixels, allow_damaged
+        As for `draw`.
 
     Raises
     ------
@@ -125,10 +137,18 @@ class Session:
     (True, False)
     """
 
-    def __init__(self, image: ImageLike, importance: ImportanceLike = "saliency") -> None:
+    def __init__(
+        self,
+        image: ImageLike,
+        importance: ImportanceLike = "saliency",
+        *,
+        max_pixels: int = MAX_PIXELS,
+        allow_damaged: bool = False,
+    ) -> None:
         self._image = image
         self._importance = importance
-        self._session = self._begin(Options(), {}, _silent)
+        self._limits = (max_pixels, allow_damaged)
+        self._state = self._begin(Options(), {}, _silent)
 
     def draw(self, options: Options | RecordedOptions | None = None, progress: Progress | None = None) -> Drawing:
         """Draw the photo in black and white, as `draw` does, from where the options begin to differ from the last ones.
@@ -158,43 +178,61 @@ class Session:
         options = known(options)
         seconds: dict[str, float] = {}
         report = progress or _silent
-        session = self._session
-        if not session.fits(options._checked):
-            session = self._begin(options, seconds, report)
+        state = self._state
+        if not state.session.fits(options._checked):
+            state = self._begin(options, seconds, report)
             # In one step: threads with different backgrounds each have their own, and the last one's stays.
-            self._session = session
-        result = session.draw(options._checked, progress)
+            self._state = state
+        result = state.session.draw(options._checked, progress)
         report("outlines", 1.0)
-        return _drawing(result, options, seconds)
+        return _drawing(result, options, seconds, state.heard)
 
     def __repr__(self) -> str:
-        session = self._session
+        session = self._state.session
         width, height = session.size
         return f"<graphstipple.Session {width} x {height}: importance {session.importance}>"
 
-    def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _core.Session:
-        checked = options._checked
-        session = _core.Session(*_read(self._image, self._importance, checked, seconds, report), checked)
+    def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _State:
+        reading = reading_of(options._checked, *self._limits)
+        photo, source, heard = _read(self._image, self._importance, reading, seconds, report)
+        session = _core.Session(photo, source, reading)
         for stage, spent in session.seconds.items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
-        return session
+        if session.warning:
+            heard.warnings.append(session.warning)
+        return _State(session, heard)
 
 
-def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float]) -> Drawing:
-    """Return what the core has drawn, and pass its warning on to whoever called `draw`."""
-    if core.warning:
-        warnings.warn(core.warning, GraphStippleWarning, stacklevel=3)
-    return Drawing(core, options, seconds)
+class _Heard(NamedTuple):
+    """What is to be said of the files that were read, and what has decoded the photo's."""
+
+    warnings: list[str]
+    decoder: str | None
+
+
+class _State(NamedTuple):
+    """What a session has of an image on a background."""
+
+    session: _core.Session
+    heard: _Heard
+
+
+def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float], heard: _Heard) -> Drawing:
+    """Return what the core has drawn, and pass its warnings, and those of the files, on to whoever called `draw`."""
+    for warning in [*heard.warnings, *core.warnings]:
+        warnings.warn(warning, GraphStippleWarning, stacklevel=3)
+    return Drawing(core, options, seconds, heard.decoder)
 
 
 def _read(
-    image: ImageLike, importance: ImportanceLike, options: _core.Options, seconds: dict[str, float], report: Progress
-) -> tuple[_core.Photo, str | _core.Photo]:
-    """Return the image, and the source of its importance for the core: a name or a map."""
+    image: ImageLike, importance: ImportanceLike, reading: _core.Reading, seconds: dict[str, float], report: Progress
+) -> tuple[_core.Photo, str | _core.Photo, _Heard]:
+    """Return the image, the source of its importance for the core (a name or a map), and what was heard of the files."""
     report("decoding", 0.0)
     start = time.perf_counter()
-    photo = read_photo(image, options.background, options)
+    photo, warning, decoder = read_photo(image, reading)
     seconds["decoding"] = time.perf_counter() - start
+    said = [warning] if warning else []
     if importance is None:
         importance = "saliency"
     if callable(importance):
@@ -203,13 +241,13 @@ def _read(
         # A path is no name, even where it looks like one.
         importance = str(Path(os.fsdecode(importance)).absolute())
     if isinstance(importance, str) and is_text(path_to_read(importance)):
-        return photo, importance
+        return photo, importance, _Heard(said, decoder)
     if not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
         raise InvalidInputError(f"the importance has the shape {np.asarray(importance).shape}, but it must be (height, width)")
     start = time.perf_counter()
-    map_ = read_photo(importance, options.background, options, "importance")
+    map_, warning, _ = read_photo(importance, reading, "importance")
     seconds["decoding"] += time.perf_counter() - start
-    return photo, map_
+    return photo, map_, _Heard([*said, warning] if warning else said, decoder)
 
 
 def _silent(stage: str, fraction: float) -> None:

@@ -1,20 +1,21 @@
 """Images and maps as users have them, to luma.
 
-Files are always decoded by Rust, so that Python and the command line see the same values. PIL images and arrays are brought to
-samples (height, width, channels) here, where the copies are visible; Rust makes luma of them.
+Files are decoded by Rust, so that Python and the command line see the same values; those that Rust does not support, by Pillow. PIL
+images and arrays are brought to samples (height, width, channels) here, where the copies are visible; Rust makes luma of them.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import warnings
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
-from graphstipple._errors import ImageFileError, ImageFileNotFoundError, InvalidInputError
+from graphstipple._errors import GraphStippleWarning, ImageFileError, ImageFileNotFoundError, InvalidInputError
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -23,6 +24,12 @@ ImageLike: TypeAlias = "str | os.PathLike[str] | Image.Image | npt.NDArray[Any]"
 """A path, a PIL image or an array."""
 
 Samples: TypeAlias = "npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]"
+
+MAX_PIXELS: int = _core.MAX_PIXELS
+"""The most pixels that an image may have."""
+
+NOTHING = (False, None, None, None, False)
+"""What an array says of its samples besides what they are."""
 
 DTYPES = "bool, uint8, uint16, or floats in [0, 1]"
 
@@ -43,19 +50,35 @@ def read_luma(image: ImageLike, background: tuple[int, int, int], name: str = "i
     ImageFileError
         If a file cannot be read as an image.
     """
-    return read_photo(image, background, None, name).luma
+    photo, warning, _ = read_photo(image, _core.Reading(background, None, MAX_PIXELS, False), name)
+    if warning:
+        warnings.warn(warning, GraphStippleWarning, stacklevel=3)
+    return photo.luma
 
 
-def read_photo(
-    image: ImageLike, background: tuple[int, int, int], options: _core.Options | None, name: str = "image"
-) -> _core.Photo:
-    """Return an image as `read_luma` does, for the core, reduced while it is read as the options ask for: by None not at all."""
+def reading_of(options: _core.Options, max_pixels: int, allow_damaged: bool) -> _core.Reading:
+    """Return how photos and maps are read that are drawn with options.
+
+    Raises
+    ------
+    InvalidInputError
+        If `max_pixels` is no whole number of pixels that may be read.
+    """
+    if isinstance(max_pixels, bool) or not isinstance(max_pixels, int | np.integer) or not 1 <= max_pixels <= MAX_PIXELS:
+        raise InvalidInputError(f"max_pixels is {max_pixels}, but it must be between 1 and {MAX_PIXELS} pixels")
+    return _core.Reading(options.background, options, int(max_pixels), bool(allow_damaged))
+
+
+def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") -> tuple[_core.Photo, str | None, str | None]:
+    """Return an image as `read_luma` does, for the core, what is to be said of it, and what has decoded its file."""
     if isinstance(image, (str, os.PathLike)):
-        return _core.read_photo(path_to_read(image), background, options)
+        return _core.read_photo(path_to_read(image), reading)
     if is_pil(image):
-        return _core.photo(_from_pil(image), background, options)
+        from graphstipple._pillow import samples_of  # noqa: PLC0415  # whoever has a PIL image has imported Pillow
+
+        return _core.photo(*samples_of(image), reading), None, None
     if hasattr(image, "__array__"):
-        return _core.photo(_from_array(unmasked(image, name), name), background, options)
+        return _core.photo(_from_array(unmasked(image, name), name), NOTHING, reading), None, None
     raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
 
 
@@ -150,31 +173,3 @@ def _from_array(array: npt.NDArray[Any], name: str) -> Samples:
         raise InvalidInputError(f"the {name} has values of type {array.dtype}, but they must be {DTYPES}")
     check_range(array, name)
     return np.ascontiguousarray(array, np.float32)
-
-
-def _from_pil(image: Image.Image) -> Samples:
-    from PIL import ImageOps  # noqa: PLC0415  # whoever has a PIL image has imported Pillow
-
-    image = ImageOps.exif_transpose(image)
-    mode = image.mode
-    if mode.startswith("I;16"):
-        return np.ascontiguousarray(np.asarray(image), np.uint16)[:, :, np.newaxis]
-    if mode == "I":
-        # Pillow's 32-bit mode stands for 16-bit files too.
-        wide = np.asarray(image)
-        if wide.size and (wide.min() < 0 or wide.max() > 65535):
-            raise InvalidInputError(f"the image of mode I has values from {wide.min()} to {wide.max()}, but they must fit 16 bits")
-        return wide.astype(np.uint16)[:, :, np.newaxis]
-    if mode == "F":
-        return _from_array(np.asarray(image), "image")
-    transparent = "transparency" in image.info
-    if mode in {"1", "L"}:
-        target = "LA" if transparent else "L"
-    elif mode in {"LA", "La"}:
-        target = "LA"
-    elif mode in {"RGBA", "RGBa", "PA"} or transparent:
-        target = "RGBA"
-    else:
-        target = "RGB"
-    samples = np.asarray(image if mode == target else image.convert(target))
-    return np.ascontiguousarray(samples.reshape(image.height, image.width, len(target)))

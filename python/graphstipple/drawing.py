@@ -141,10 +141,17 @@ def known(options: Options | RecordedOptions | None) -> Options:
 class Drawing:
     """A drawing of stipples and regions, as `draw` and `load` return it."""
 
-    def __init__(self, core: _core.Drawing, options: Options | RecordedOptions, seconds: dict[str, float]) -> None:
+    def __init__(
+        self,
+        core: _core.Drawing,
+        options: Options | RecordedOptions,
+        seconds: dict[str, float],
+        decoder: str | None = None,
+    ) -> None:
         self._core = core
         self._options = options
         self._seconds = seconds
+        self._decoder = decoder
 
     @property
     def width(self) -> int:
@@ -259,7 +266,7 @@ class Drawing:
             As `save`.
         """
         core = self._core.with_min_dot(_plain(length=length)["length"], _given(width=width, margin=margin, page=page))
-        return Drawing(core, self._options, self._seconds)
+        return Drawing(core, self._options, self._seconds, self._decoder)
 
     def rasterize(self, width: int | None = None) -> npt.NDArray[np.uint8]:
         """Return the drawing as antialiased grey pixels.
@@ -328,10 +335,12 @@ class Drawing:
     def stats(self) -> dict[str, Any]:
         """What was counted (stipples, regions, nodes, vertices, anchors, coordinates, ...), and the seconds that every stage took.
 
-        A drawing that was loaded has the counts that it tells itself, and no seconds.
+        `decoder` is what decoded the photo's file: "graphstipple", or Pillow and its version; None where there was no file. A drawing
+        that was loaded has the counts that it tells itself, and no seconds.
         """
         stats = self._core.stats()
         if "seconds" in stats:
+            stats["decoder"] = self._decoder
             seconds = stats["seconds"]
             seconds.update(self._seconds)
             seconds["total"] = seconds.get("total", 0.0) + sum(self._seconds.values())

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use graphstipple_core::stages::{
-    Audience, Checked, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_SIDE, PUBLISHED, Preset, Rule, SETTINGS,
-    Setting, Source, Style, Value, Writer, named_length, preset,
+    Audience, Checked, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_PIXELS, MAX_SIDE, PUBLISHED, Preset, Reading, Rule,
+    SETTINGS, Setting, Source, Style, Value, Writer, named_length, preset,
 };
 use graphstipple_core::{Export, Format, Options, presets};
 
@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::files::{format_of_path, is_same_file};
 
 /// The path that stands for standard input or output.
-const STANDARD: &str = "-";
+pub(crate) const STANDARD: &str = "-";
 
 /// What stands before the lists of options in the help.
 const EXAMPLES: &str = "\
@@ -63,6 +63,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         .into_iter()
         .chain(of_options)
         .chain([importance(with_all), published(with_all)])
+        .chain(of_reading(with_all))
         .chain(of_print(with_all))
         .collect();
     let (first, others): (Vec<Arg>, Vec<Arg>) =
@@ -207,6 +208,21 @@ fn published(with_all: bool) -> Arg {
         .hide(!with_all)
 }
 
+/// How photos and maps are read.
+fn of_reading(with_all: bool) -> [Arg; 2] {
+    let max_pixels = Arg::new("max_pixels")
+        .long("max-pixels")
+        .value_name("N")
+        .value_parser(parse_pixels)
+        .allow_negative_numbers(true)
+        .help(format!("Refuse images with more pixels, before memory is taken for them [1 to {MAX_PIXELS}; default {MAX_PIXELS}]"));
+    let allow_damaged = Arg::new("allow_damaged")
+        .long("allow-damaged")
+        .action(ArgAction::SetTrue)
+        .help("Draw what there is of an image that is cut short or damaged; the rest is background");
+    [max_pixels, allow_damaged].map(|argument| argument.help_heading("Reading").hide(!with_all))
+}
+
 /// What is printed, and where the options come from.
 fn of_print(with_all: bool) -> Vec<Arg> {
     let names: Vec<&'static str> = presets().iter().map(|preset| preset.name).collect();
@@ -242,6 +258,8 @@ pub(crate) struct Job {
     pub(crate) preview: Option<(PathBuf, Option<usize>)>,
     pub(crate) importance: Source,
     pub(crate) options: Checked<Options>,
+    /// How the photo and a map are read.
+    pub(crate) reading: Reading,
     /// The least radius of a stipple on paper.
     pub(crate) min_dot: Option<Length>,
     /// Whether counts and times are printed.
@@ -272,7 +290,13 @@ impl Job {
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
         let [stats, quiet] = ["stats", "quiet"].map(|name| matches.get_flag(name));
-        let job = Self { photo, output, writer, preview, importance, options, min_dot, stats, quiet };
+        let reading = Reading {
+            background: options.background.rgb(),
+            max_pixels: matches.get_one("max_pixels").copied().unwrap_or(MAX_PIXELS),
+            allow_damaged: matches.get_flag("allow_damaged"),
+            options: Some(options.clone()),
+        };
+        let job = Self { photo, output, writer, preview, importance, options, reading, min_dot, stats, quiet };
         job.check_paths()?;
         Ok(job)
     }
@@ -376,6 +400,13 @@ pub(crate) fn in_flags(error: graphstipple_core::Error) -> Error {
             Error::Usage(format!("--{flag} is {value}, but it must be {allowed}"))
         }
         other => Error::Core(other),
+    }
+}
+
+fn parse_pixels(text: &str) -> Result<u64, String> {
+    match text.parse() {
+        Ok(pixels) if (1..=MAX_PIXELS).contains(&pixels) => Ok(pixels),
+        _ => Err(format!("it must be between 1 and {MAX_PIXELS} pixels")),
     }
 }
 

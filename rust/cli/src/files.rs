@@ -6,12 +6,13 @@
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{self, Read, Write};
+use std::io::{self, BufReader, Cursor, Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Instant;
 
-use graphstipple_core::stages::{Source, Writer, decode};
-use graphstipple_core::{Control, Drawing, Field, Format, Importance, Options, Photo};
+use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, Reading, Source, Writer, decode};
+use graphstipple_core::{Control, Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
 
@@ -29,51 +30,129 @@ pub fn format_of_path(path: &Path) -> Result<Format> {
     }
 }
 
-/// Reads an image file, transparent parts composited on `background` (sRGB), and reduces it as the options ask for; without options it
-/// stays as it is.
+/// What another program is handed of an image that the core does not support.
+#[derive(Debug, Clone, Copy)]
+pub enum Handed<'a> {
+    /// The path of a file.
+    Path(&'a Path),
+    /// All bytes of a file.
+    Bytes(&'a [u8]),
+}
+
+/// Another program that reads images; `None` if it does not read this one either.
+pub type Fallback = fn(Handed, &Reading) -> Option<graphstipple_core::Result<Decoded>>;
+
+static FALLBACK: OnceLock<Fallback> = OnceLock::new();
+
+/// Says who is asked, from now on, to read the images that the core does not support. The first that is named stays.
+pub fn set_fallback(fallback: Fallback) {
+    FALLBACK.get_or_init(|| fallback);
+}
+
+/// Reads an image file.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read, [`Error::Photo`] if it is no image that the core takes.
-pub fn read_photo(path: &Path, background: [u8; 3], options: Option<&Options>) -> Result<Photo> {
-    let bytes = fs::read(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
-    decode_photo(path, &bytes, background, options)
+/// [`Error::File`] if the file cannot be read, [`Error::Photo`] if it is no image that the core takes, nor one that the
+/// [`Fallback`] does.
+pub fn read_photo(path: &Path, reading: &Reading, control: &Control) -> Result<Decoded> {
+    let failed = |source| Error::File { path: path.to_owned(), source };
+    let file = fs::File::open(path).map_err(failed)?;
+    if file.metadata().map_err(failed)?.is_dir() {
+        return Err(failed(io::ErrorKind::IsADirectory.into()));
+    }
+    let mut file = BufReader::with_capacity(READ_AT_ONCE, file);
+    if file.stream_position().is_err() {
+        // A pipe has a path too, but no end to look at.
+        return decode_bytes(path, &all_of(path, file)?, reading, control);
+    }
+    let decoded = decode(&mut file, reading, control).or_else(|error| ask(error, Handed::Path(path), reading));
+    decoded.map_err(|error| of_photo(path, error))
 }
 
 /// Reads an image from standard input, as [`read_photo`] does from a file.
 ///
 /// # Errors
 /// As [`read_photo`]; the path in the error is `-`.
-pub fn read_standard_input(background: [u8; 3], options: Option<&Options>) -> Result<Photo> {
+pub fn read_standard_input(reading: &Reading, control: &Control) -> Result<Decoded> {
     let path = Path::new("-");
+    let bytes = all_of(path, io::stdin().lock())?;
+    decode_bytes(path, &bytes, reading, control)
+}
+
+/// Bytes of a file that are read at once.
+const READ_AT_ONCE: usize = 1 << 16;
+
+/// All bytes of a stream, up to a limit.
+fn all_of(path: &Path, stream: impl Read) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    io::stdin().lock().read_to_end(&mut bytes).map_err(|source| Error::File { path: path.to_owned(), source })?;
-    decode_photo(path, &bytes, background, options)
+    let read = stream.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|source| Error::File { path: path.to_owned(), source })?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        let sentence = format!("there are too many bytes: at most {MAX_FILE_BYTES} are read from a pipe");
+        return Err(of_photo(path, graphstipple_core::Error::Decode(sentence)));
+    }
+    Ok(bytes)
 }
 
-fn decode_photo(path: &Path, bytes: &[u8], background: [u8; 3], options: Option<&Options>) -> Result<Photo> {
-    let luma = decode(bytes, background).map_err(|source| Error::Photo { path: path.to_owned(), source })?;
-    let factor = options.map_or(1, |options| options.reduction(luma.width(), luma.height()));
-    Ok(Photo::reduced(luma, factor))
+fn decode_bytes(path: &Path, bytes: &[u8], reading: &Reading, control: &Control) -> Result<Decoded> {
+    let decoded = decode(&mut Cursor::new(bytes), reading, control).or_else(|error| ask(error, Handed::Bytes(bytes), reading));
+    decoded.map_err(|error| of_photo(path, error))
 }
 
-/// The importance of a photo, given as the luma that is drawn. Files are laid on the options' background and reduced as the photo is,
-/// by their own size. The seconds that it took are added under their stage: `saliency`, or `decoding` for a file.
+/// Asks the fallback for what the core does not support.
+fn ask(error: graphstipple_core::Error, handed: Handed, reading: &Reading) -> graphstipple_core::Result<Decoded> {
+    let asked = match (&error, FALLBACK.get()) {
+        (graphstipple_core::Error::Unsupported(_), Some(fallback)) => fallback(handed, reading),
+        _ => None,
+    };
+    asked.unwrap_or(Err(error))
+}
+
+fn of_photo(path: &Path, source: graphstipple_core::Error) -> Error {
+    match source {
+        graphstipple_core::Error::Cancelled => Error::Core(source),
+        source => Error::Photo { path: path.to_owned(), source },
+    }
+}
+
+/// An importance, and what is to be said of the file that it was read from.
+#[derive(Debug)]
+pub struct Evaluated {
+    /// The importance.
+    pub importance: Importance,
+    /// One sentence for the user.
+    pub warning: Option<String>,
+}
+
+/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, and reduced by their own size. The
+/// seconds that it took are added under their stage: `saliency`, or `decoding` for a file.
 ///
 /// # Errors
 /// As [`read_photo`]; [`Error::Core`] where it was cancelled.
 pub fn evaluate(
     source: Source,
     luma: &Field,
-    options: &Options,
+    reading: &Reading,
     seconds: &mut BTreeMap<String, f64>,
     control: &Control,
-) -> Result<Importance> {
+) -> Result<Evaluated> {
     let (began, stage) = (Instant::now(), source.stage());
-    let read = |path: &str| read_photo(Path::new(path), options.background.rgb(), Some(options));
+    let mut warning = None;
+    let read = |path: &str| {
+        let path = Path::new(path);
+        let decoded = read_photo(path, reading, control)?;
+        warning = decoded.warning.map(|warning| told(path, &warning));
+        Ok::<_, Error>(decoded.photo)
+    };
     let importance = source.evaluate(luma, read, control)?;
     control.check()?;
     *seconds.entry(stage.to_owned()).or_default() += began.elapsed().as_secs_f64();
-    Ok(importance)
+    Ok(Evaluated { importance, warning })
+}
+
+/// A warning with the file that it is about.
+pub fn told(path: &Path, warning: &str) -> String {
+    format!("{}: {warning}", path.display())
 }
 
 /// Writes a drawing to a file.
@@ -282,9 +361,9 @@ mod tests {
     fn files_that_cannot_be_read() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("none.png");
-        let error = read_photo(&missing, [255; 3], None).unwrap_err();
+        let error = read_photo(&missing, &Reading::default(), &Control::new()).unwrap_err();
         assert_eq!(error.to_string(), format!("{}: the file does not exist", missing.display()));
-        let error = read_photo(folder.path(), [255; 3], None).unwrap_err();
+        let error = read_photo(folder.path(), &Reading::default(), &Control::new()).unwrap_err();
         assert_eq!(error.to_string(), format!("{}: this is a folder, not a file", folder.path().display()));
     }
 }

@@ -19,7 +19,7 @@ use graphstipple_core::stages::{Stats, draw_owned, raster, schema};
 use graphstipple_core::{Control, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use arguments::{HELP_ALL, Job, LIST_PRESETS, OPTIONS_SCHEMA, command, in_flags};
+use arguments::{HELP_ALL, Job, LIST_PRESETS, OPTIONS_SCHEMA, STANDARD, command, in_flags};
 pub use error::{Error, Result};
 
 /// How often the waiting thread looks for an interruption and moves the progress bar: well under the half second within which
@@ -83,7 +83,7 @@ fn list_of_presets() -> String {
 fn report(error: &Error) -> u8 {
     // An interruption was the user's own; nothing needs to be said.
     if error.exit_code() != 130 {
-        let text = error.to_string();
+        let text = error.to_string().replace("allow_damaged", "--allow-damaged");
         let line: Vec<&str> = text.lines().map(str::trim).collect();
         // With standard error closed there is nobody left to tell.
         let _ = writeln!(io::stderr(), "graphstipple: error: {}", line.join(" "));
@@ -99,7 +99,7 @@ fn execute(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<()> {
 
     let complete: Vec<(&Path, &[u8])> = made.files.iter().map(|(path, bytes)| (path.as_path(), bytes.as_slice())).collect();
     files::write_all_atomically(&complete)?;
-    if let Some(warning) = &made.warning {
+    for warning in &made.warnings {
         // With standard error closed there is nobody to tell.
         let _ = writeln!(io::stderr(), "graphstipple: warning: {warning}");
     }
@@ -130,8 +130,8 @@ struct Made {
     files: Vec<(PathBuf, Vec<u8>)>,
     standard_output: Option<Vec<u8>>,
     stats: Stats,
-    /// One sentence for the user.
-    warning: Option<String>,
+    /// Sentences for the user.
+    warnings: Vec<String>,
 }
 
 /// Does the job on a thread of its own and waits for it or for an interruption.
@@ -167,19 +167,22 @@ fn work(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<Made> {
 fn make(job: &Job, control: &Control) -> Result<Made> {
     let mut seconds = BTreeMap::new();
     let begin = Instant::now();
-    let background = job.options.background.rgb();
-    let photo = match &job.photo {
-        Some(path) => files::read_photo(path, background, Some(&job.options))?,
-        None => files::read_standard_input(background, Some(&job.options))?,
+    let decoded = match &job.photo {
+        Some(path) => files::read_photo(path, &job.reading, control)?,
+        None => files::read_standard_input(&job.reading, control)?,
     };
+    let path = job.photo.as_deref().unwrap_or(Path::new(STANDARD));
+    let of_photo = decoded.warning.map(|warning| files::told(path, &warning));
+    let photo = decoded.photo;
     seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
     // Sizes that cannot be are better told now than after the work.
     let least_radius = job.check_sizes(photo.width(), photo.height())?;
-    let importance = files::evaluate(job.importance.clone(), photo.luma(), &job.options, &mut seconds, control)?;
-    let outcome = draw_owned(photo, importance, &job.options, control)?;
+    let evaluated = files::evaluate(job.importance.clone(), photo.luma(), &job.reading, &mut seconds, control)?;
+    let outcome = draw_owned(photo, evaluated.importance, &job.options, control)?;
 
-    let warning = outcome.warning;
+    let warnings = of_photo.into_iter().chain(evaluated.warning).chain(outcome.warning).collect();
     let mut stats = outcome.stats;
+    stats.decoder = Some(decoded.decoder);
     stats.add_seconds(seconds);
     let mut drawing = outcome.drawing;
     if let Some(least) = least_radius {
@@ -189,7 +192,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         stats.stipples = drawing.stipples.len();
         (stats.anchors, stats.coordinates) = drawing.count_written();
     }
-    let mut made = Made { files: Vec::new(), standard_output: None, stats, warning };
+    let mut made = Made { files: Vec::new(), standard_output: None, stats, warnings };
     let bytes = job.writer.write(&drawing)?;
     match &job.output {
         None => made.standard_output = Some(bytes),

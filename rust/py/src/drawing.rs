@@ -15,28 +15,30 @@ use pyo3::types::{PyBytes, PyDict};
 use serde_json::{Map, Value as Json};
 
 use crate::options::{self, Options};
-use crate::photo::Photo;
+use crate::photo::{Photo, Reading};
 use crate::{arrays, errors, values, watch};
 
 /// Draw a photo with an importance: the name of a source, or a map.
 #[pyfunction]
-#[pyo3(signature = (photo, importance, options, progress=None))]
+#[pyo3(signature = (photo, importance, reading, options, progress=None))]
 pub(crate) fn draw(
     py: Python<'_>,
     photo: &Photo,
     importance: &Bound<'_, PyAny>,
+    reading: &Reading,
     options: &Options,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Drawing> {
     let (photo, source, options) = (photo.photo.clone(), source(importance)?, options.checked.clone());
-    let outcome = watch::run(py, progress, errors::from_files, move |control| {
+    let reading = reading.reading.clone();
+    let (outcome, warning) = watch::run(py, progress, errors::from_files, move |control| {
         let mut seconds = BTreeMap::new();
-        let importance = files::evaluate(source, photo.luma(), &options, &mut seconds, control)?;
-        let mut outcome = draw_owned(photo, importance, &options, control)?;
+        let evaluated = files::evaluate(source, photo.luma(), &reading, &mut seconds, control)?;
+        let mut outcome = draw_owned(photo, evaluated.importance, &options, control)?;
         outcome.stats.add_seconds(seconds);
-        Ok(outcome)
+        Ok((outcome, evaluated.warning))
     })?;
-    Drawing::of(outcome)
+    Drawing::of(outcome, warning)
 }
 
 /// A source of importance: the name of one, or a map.
@@ -52,7 +54,7 @@ pub(crate) fn source(given: &Bound<'_, PyAny>) -> PyResult<Source> {
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
     let drawing = watch::run(py, None, errors::from_files, move |_| files::load(&path))?;
     let stats = counts(&drawing);
-    Ok(Drawing { drawing: Arc::new(drawing), stats, warning: None, stages: None })
+    Ok(Drawing { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: None })
 }
 
 /// What `draw` and `load` make: `graphstipple.Drawing` wraps it.
@@ -60,7 +62,7 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
 pub(crate) struct Drawing {
     drawing: Arc<CoreDrawing>,
     stats: Map<String, Json>,
-    warning: Option<String>,
+    warnings: Vec<String>,
     stages: Option<Stages>,
 }
 
@@ -77,12 +79,13 @@ struct Stages {
 
 impl Drawing {
     /// What the pipeline made, for Python.
-    pub(crate) fn of(outcome: Outcome) -> PyResult<Self> {
+    pub(crate) fn of(outcome: Outcome, of_map: Option<String>) -> PyResult<Self> {
         let Outcome { drawing, stats, factor, warning, graph, cells, labels, components, importance } = outcome;
         let Json::Object(stats) = serde_json::to_value(&stats).map_err(internal)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
-        Ok(Self { drawing, stats, warning, stages: Some(Stages { factor, graph, cells, labels, components, importance }) })
+        let warnings = of_map.into_iter().chain(warning).collect();
+        Ok(Self { drawing, stats, warnings, stages: Some(Stages { factor, graph, cells, labels, components, importance }) })
     }
 }
 
@@ -153,13 +156,13 @@ impl Drawing {
         stats.extend(counts(&drawing));
         stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
         stats.insert("dots_dropped".to_owned(), changes.dropped.into());
-        Ok(Self { drawing: Arc::new(drawing), stats, warning: None, stages: self.stages.clone() })
+        Ok(Self { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: self.stages.clone() })
     }
 
-    /// One sentence for whoever drew it, if there is something to say.
+    /// Sentences for whoever drew it, if there is something to say.
     #[getter]
-    fn warning(&self) -> Option<&str> {
-        self.warning.as_deref()
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
     }
 
     /// Counts and times by name.

@@ -20,7 +20,7 @@ pub(crate) fn from_core(error: Error) -> PyErr {
     let message = error.to_string();
     match error {
         Error::Option { .. } | Error::Input(_) => classes::InvalidInputError::new_err(message),
-        Error::Decode(_) => classes::ImageFileError::new_err(message),
+        Error::Decode(_) | Error::Unsupported(_) => classes::ImageFileError::new_err(message),
         Error::Cancelled => PyKeyboardInterrupt::new_err(()),
         _ => classes::GraphStippleError::new_err(message),
     }
@@ -42,6 +42,11 @@ pub(crate) fn from_files(error: graphstipple_cli::Error) -> PyErr {
         Error::File { path, source } if is_missing(&path, &source) => classes::ImageFileNotFoundError::new_err(message),
         _ => classes::ImageFileError::new_err(message),
     }
+}
+
+/// What an exception says, as one sentence.
+pub(crate) fn sentence(py: Python<'_>, error: &PyErr) -> String {
+    error.value(py).to_string()
 }
 
 /// Whether the file, or the folder that it should be written to, does not exist: Python says `FileNotFoundError` to both.

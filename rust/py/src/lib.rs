@@ -7,6 +7,7 @@
 mod arrays;
 mod drawing;
 mod errors;
+mod fallback;
 mod options;
 mod photo;
 mod session;
@@ -24,7 +25,7 @@ mod _core {
     #[pymodule_export]
     use crate::options::{Options, formats, of_preset, options_schema, presets, settings, sources};
     #[pymodule_export]
-    use crate::photo::{Photo, adjust, luma_to_u8, photo, read_photo, saliency};
+    use crate::photo::{Photo, Reading, adjust, luma_to_u8, photo, read_photo, saliency};
     #[pymodule_export]
     use crate::session::Session;
     #[pymodule_export]
@@ -36,10 +37,20 @@ mod _core {
     use pyo3::prelude::*;
     use std::ffi::OsString;
 
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        graphstipple_cli::files::set_fallback(crate::fallback::by_pillow);
+        Ok(())
+    }
+
     /// The version of graphstipple.
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name for it")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    /// The most pixels that an image may have.
+    #[pymodule_export]
+    const MAX_PIXELS: u64 = graphstipple_core::stages::MAX_PIXELS;
 
     /// Runs the command line with these arguments (the program's name first) and returns its exit code.
     #[pyfunction]

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use graphstipple_cli::files;
-use graphstipple_core::Photo as CorePhoto;
-use graphstipple_core::stages::{self as core, Pixels, Reducer, Samples, fine_grained};
+use graphstipple_core::stages::{self as core, PhotoBuilder, Samples, Tags, fine_grained};
+use graphstipple_core::{Control, Photo as CorePhoto};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -38,23 +38,54 @@ impl Photo {
     }
 }
 
-/// An image file, its transparency laid over the background (R, G, B), reduced as the options ask for; without options as it is.
-#[pyfunction]
-pub(crate) fn read_photo(py: Python<'_>, path: PathBuf, background: [u8; 3], options: Option<&Options>) -> PyResult<Photo> {
-    let options = options.map(|options| options.checked.clone());
-    let read = move |_: &_| files::read_photo(&path, background, options.as_deref());
-    Ok(Photo { photo: watch::run(py, None, errors::from_files, read)? })
+/// How images are read: what transparent parts show, what the photo will be drawn with (without options every pixel is kept), the most
+/// pixels, and whether what there is of a damaged file is read.
+#[pyclass(frozen, module = "graphstipple._core")]
+pub(crate) struct Reading {
+    pub(crate) reading: core::Reading,
 }
+
+#[pymethods]
+impl Reading {
+    #[new]
+    fn new(background: [u8; 3], options: Option<&Options>, max_pixels: u64, allow_damaged: bool) -> Self {
+        let options = options.map(|options| options.checked.clone());
+        Self { reading: core::Reading { background, max_pixels, allow_damaged, options } }
+    }
+
+    /// Raises if an image of this size is not read.
+    fn check(&self, width: usize, height: usize) -> PyResult<()> {
+        self.reading.factor(width, height).map(drop).map_err(errors::from_core)
+    }
+}
+
+/// An image file, what is to be said of it, and what decoded it.
+#[pyfunction]
+pub(crate) fn read_photo(py: Python<'_>, path: PathBuf, reading: &Reading) -> PyResult<(Photo, Option<String>, String)> {
+    let reading = reading.reading.clone();
+    let read = move |control: &_| {
+        let decoded = files::read_photo(&path, &reading, control)?;
+        let warning = decoded.warning.map(|warning| files::told(&path, &warning));
+        Ok((Photo { photo: decoded.photo }, warning, decoded.decoder))
+    };
+    watch::run(py, None, errors::from_files, read)
+}
+
+/// What the file of an image said of its samples: whether they are inks, an embedded profile, PNG's gamma and chromaticities (white,
+/// red, green, blue), and whether a camera says that they are Adobe RGB's.
+type Said = (bool, Option<Vec<u8>>, Option<f64>, Option<[[f64; 2]; 4]>, bool);
 
 /// An image of samples (height, width, channels) of uint8, uint16 or float32, likewise.
 #[pyfunction]
-pub(crate) fn photo(py: Python<'_>, samples: &Bound<'_, PyAny>, background: [u8; 3], options: Option<&Options>) -> PyResult<Photo> {
+pub(crate) fn photo(py: Python<'_>, samples: &Bound<'_, PyAny>, said: Said, reading: &Reading) -> PyResult<Photo> {
+    let (inks, profile, gamma, chromaticities, adobe_rgb) = said;
+    let tags = Tags { inks, profile, gamma, chromaticities, adobe_rgb };
     if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u8>>() {
-        reduced(py, &array, |values| Samples::U8(values), background, options)
+        built(py, &array, |values| Samples::U8(values), &tags, &reading.reading)
     } else if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u16>>() {
-        reduced(py, &array, |values| Samples::U16(values), background, options)
+        built(py, &array, |values| Samples::U16(values), &tags, &reading.reading)
     } else if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, f32>>() {
-        reduced(py, &array, |values| Samples::F32(values), background, options)
+        built(py, &array, |values| Samples::F32(values), &tags, &reading.reading)
     } else {
         Err(errors::invalid("the samples must be a three-dimensional array of uint8, uint16 or float32"))
     }
@@ -64,29 +95,25 @@ pub(crate) fn photo(py: Python<'_>, samples: &Bound<'_, PyAny>, background: [u8;
 const COPIED: usize = 1 << 20;
 
 /// The photo of an array, which is copied band by band: while a band is worked on, other Python threads may run and write to the array.
-fn reduced<T: Element + Copy + Sync>(
+fn built<T: Element + Copy + Sync>(
     py: Python<'_>,
     array: &PyReadonlyArray3<'_, T>,
     samples: for<'a> fn(&'a [T]) -> Samples<'a>,
-    background: [u8; 3],
-    options: Option<&Options>,
+    tags: &Tags,
+    reading: &core::Reading,
 ) -> PyResult<Photo> {
     let &[height, width, channels] = array.shape() else { return Err(errors::invalid("the samples have no three dimensions")) };
-    let factor = options.map_or(1, |options| options.checked.reduction(width, height));
-    let mut reducer = Reducer::new(width, height, factor).map_err(errors::from_core)?;
     let all = array.as_slice().map_err(|error| errors::invalid(format!("the samples: {error}")))?;
+    let control = Control::new();
+    let size = [width, height, channels];
+    let mut builder = PhotoBuilder::new(size, samples(&[]), tags, reading, &control).map_err(errors::from_core)?;
     let rows = (COPIED / (width * channels).max(1)).max(1);
     for band in all.chunks((rows * width * channels).max(1)) {
         let band = band.to_vec();
-        py.detach(|| {
-            let pixels = Pixels { width, height: band.len() / (width * channels), channels, samples: samples(&band) };
-            reducer.take(core::luma(&pixels, background)?.values());
-            Ok(())
-        })
-        .map_err(errors::from_core)?;
+        py.detach(|| builder.take(samples(&band))).map_err(errors::from_core)?;
         py.check_signals()?;
     }
-    Ok(Photo { photo: reducer.finish().map_err(errors::from_core)? })
+    Ok(Photo { photo: builder.finish().map_err(errors::from_core)? })
 }
 
 /// The tone of luma, (height, width) in [0, 1], adjusted as the options say.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::drawing::{Drawing, source};
 use crate::options::Options;
-use crate::photo::Photo;
+use crate::photo::{Photo, Reading};
 use crate::{errors, watch};
 
 /// A photo and its importance, with what the last drawing of them left: `graphstipple.Session` wraps it.
@@ -22,6 +22,8 @@ pub(crate) struct Session {
     importance: String,
     /// What it took to make the importance, by stage.
     seconds: BTreeMap<String, f64>,
+    /// What is to be said of the file that the importance was read from.
+    warning: Option<String>,
     /// Locked by the workers, which never wait for their callers: so a draw that was interrupted, or that another thread or a
     /// progress callback asked for, is waited for and holds nothing up for good.
     session: Arc<Mutex<CoreSession>>,
@@ -29,20 +31,20 @@ pub(crate) struct Session {
 
 #[pymethods]
 impl Session {
-    /// A session on a photo with an importance, both as for `draw`, as they were read with these options.
+    /// A session on a photo with an importance, both as for `draw`, as they were read.
     #[new]
-    fn new(py: Python<'_>, photo: &Photo, importance: &Bound<'_, PyAny>, options: &Options) -> PyResult<Self> {
-        let (photo, source, options) = (photo.photo.clone(), source(importance)?, options.checked.clone());
-        let background = options.background.rgb();
-        let (session, seconds) = watch::run(py, None, errors::from_files, move |control| {
+    fn new(py: Python<'_>, photo: &Photo, importance: &Bound<'_, PyAny>, reading: &Reading) -> PyResult<Self> {
+        let (photo, source, reading) = (photo.photo.clone(), source(importance)?, reading.reading.clone());
+        let background = reading.background;
+        let (session, seconds, warning) = watch::run(py, None, errors::from_files, move |control| {
             let mut seconds = BTreeMap::new();
-            let importance = files::evaluate(source, photo.luma(), &options, &mut seconds, control)?;
-            Ok((CoreSession::new(photo, importance), seconds))
+            let evaluated = files::evaluate(source, photo.luma(), &reading, &mut seconds, control)?;
+            Ok((CoreSession::new(photo, evaluated.importance), seconds, evaluated.warning))
         })?;
         let map = if let Importance::Map(map) = session.importance() { Some(map) } else { None };
         let read = std::iter::once(session.photo()).chain(map).cloned().collect();
         let name = session.importance().name();
-        Ok(Self { background, read, importance: name, seconds, session: Arc::new(Mutex::new(session)) })
+        Ok(Self { background, read, importance: name, seconds, warning, session: Arc::new(Mutex::new(session)) })
     }
 
     /// Width and height of the canvas in pixels.
@@ -68,6 +70,12 @@ impl Session {
         self.background == options.checked.background.rgb() && self.read.iter().all(|photo| photo.fits(&options.checked))
     }
 
+    /// What is to be said of the file that the importance was read from.
+    #[getter]
+    fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
+    }
+
     /// Draw with the options, from where they begin to differ from the last ones.
     #[pyo3(signature = (options, progress=None))]
     fn draw(&self, py: Python<'_>, options: &Options, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Drawing> {
@@ -78,6 +86,6 @@ impl Session {
             let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
             session.draw(&options, control)
         })?;
-        Drawing::of(outcome)
+        Drawing::of(outcome, None)
     }
 }

@@ -80,9 +80,9 @@ const FOREIGN: &[Mark] = &[
     Mark(0, b"v/1\x01", "OpenEXR", CONVERT),
     Mark(0, b"#?RADIANCE", "Radiance HDR", CONVERT),
     Mark(0, b"#?RGBE", "Radiance HDR", CONVERT),
-    Mark(0, b"\x00\x00\x01\x00", "icon (ICO)", PILLOW),
-    Mark(0, b"\x00\x00\x02\x00", "cursor (CUR)", PILLOW),
-    Mark(0, b"icns", "icon (ICNS)", PILLOW),
+    Mark(0, b"\x00\x00\x01\x00", "icon (ICO)", CONVERT),
+    Mark(0, b"\x00\x00\x02\x00", "cursor (CUR)", CONVERT),
+    Mark(0, b"icns", "icon (ICNS)", CONVERT),
     Mark(0, b"DDS ", "DDS", PILLOW),
     Mark(0, b"qoif", "QOI", PILLOW),
     Mark(0, b"\x59\xA6\x6A\x95", "Sun raster", PILLOW),
@@ -118,17 +118,18 @@ const FOREIGN: &[Mark] = &[
 /// What kind a file is by its first bytes.
 ///
 /// # Errors
-/// [`Error::Unsupported`] for a format that is known and not read, [`Error::Decode`] for what is no image.
+/// [`Error::Unsupported`] for a format that Pillow may read, [`Error::Decode`] for other formats and for what is no image.
 pub(super) fn kind_of(head: &[u8]) -> Result<Container, Error> {
     if head.is_empty() {
         return Err(Error::Decode("the file is empty".into()));
     }
     if let Some((name, way_out)) = foreign(head) {
-        return Err(Error::Unsupported(format!("the file is {}, which is not read here: {way_out}", with_article(name))));
+        let sentence = format!("the file is {}, which is not read here: {way_out}", with_article(name));
+        return Err(if [PILLOW, HEIF].contains(&way_out) { Error::Unsupported(sentence) } else { Error::Decode(sentence) });
     }
     if head.starts_with(b"\x89PNG\r\n\x1A\n") {
         if head.get(12..16) == Some(b"CgBI") {
-            return Err(Error::Unsupported(
+            return Err(Error::Decode(
                 "the file is a PNG as Apple's tools make them for apps (CgBI), which is not read here: convert it with pngcrush \
                  -revert-iphone-optimizations"
                     .into(),

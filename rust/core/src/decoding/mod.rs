@@ -14,8 +14,10 @@ mod jpeg;
 mod kinds;
 mod png;
 mod reading;
+mod samples;
 mod tiff;
 mod unpack;
 mod webp;
 
-pub use reading::{Decoded, MAX_PIXELS, Reading, Source, decode};
+pub use reading::{Decoded, MAX_FILE_BYTES, MAX_PIXELS, Reading, Source, decode};
+pub use samples::{PhotoBuilder, Tags};

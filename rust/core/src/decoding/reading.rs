@@ -17,8 +17,14 @@ use crate::photo::{MAX_SIDE, Photo};
 /// bomb's, a few kilobytes that unpack to a memory full of pixels.
 pub const MAX_PIXELS: u64 = 250_000_000;
 
+/// The most bytes of a file that has to be in memory whole: JPEG, WebP, and what comes from a pipe.
+pub const MAX_FILE_BYTES: u64 = 2 << 30;
+
 /// The most bytes of an embedded colour profile; real ones have a few thousand, those of presses a few million.
 pub(super) const PROFILE_BYTES: usize = 16 << 20;
+
+/// What is said to have decoded what is decoded here.
+const DECODER: &str = "graphstipple";
 
 /// Bytes of an image file that can be looked into: a file, or bytes in memory.
 pub trait Source: BufRead + Seek {}
@@ -76,6 +82,8 @@ pub struct Decoded {
     pub photo: Photo,
     /// One sentence for the user where the photo may not be what they expect: it lacks its end, or parts of it.
     pub warning: Option<String>,
+    /// Which program decoded it, with its version if it is another than this.
+    pub decoder: String,
 }
 
 /// What a header says.
@@ -134,7 +142,7 @@ impl<'a> Job<'a> {
                 Ok(())
             }
             Error::Decode(sentence) if part > 0 => {
-                Err(Error::Decode(format!("{sentence} (they are drawn if damaged files are allowed)")))
+                Err(Error::Decode(format!("{sentence}; allow_damaged draws what is there")))
             }
             error => Err(error),
         }
@@ -176,7 +184,7 @@ pub fn decode(source: &mut dyn Source, reading: &Reading, control: &Control) -> 
     let Some(canvas) = job.canvas else { return Err(Error::Internal("the picture has no canvas".into())) };
     let Filled { luma, size: [width, height], factor } = canvas.finish();
     let warning = (!job.warnings.is_empty()).then(|| job.warnings.join("; "));
-    Ok(Decoded { photo: Photo::of_reduced(luma, width, height, factor)?, warning })
+    Ok(Decoded { photo: Photo::of_reduced(luma, width, height, factor)?, warning, decoder: DECODER.to_owned() })
 }
 
 /// All bytes of a file.
@@ -184,6 +192,9 @@ pub(super) fn all_bytes(source: &mut dyn Source) -> Result<Vec<u8>> {
     let failed = |error: std::io::Error| Error::Decode(format!("the file cannot be read: {error}"));
     let length = source.seek(std::io::SeekFrom::End(0)).map_err(failed)?;
     source.rewind().map_err(failed)?;
+    if length > MAX_FILE_BYTES {
+        return Err(Error::Decode(format!("the file is too large: {length} bytes, but at most {MAX_FILE_BYTES} are read")));
+    }
     let mut bytes = Vec::new();
     let length = usize::try_from(length).unwrap_or(usize::MAX);
     bytes.try_reserve_exact(length).map_err(|_| out_of_memory(length))?;

@@ -164,7 +164,7 @@ fn chosen(file: &mut File, first: u64) -> Result<Directory> {
         }
     }
     if is_raw {
-        return Err(Error::Unsupported(
+        return Err(Error::Decode(
             "the file is a camera's raw file (DNG, NEF, ARW or the like), which is not read here: develop it with the camera's \
              program to TIFF or JPEG"
                 .into(),

@@ -38,6 +38,8 @@ pub struct Stats {
     pub dots_enlarged: usize,
     /// Stipples that a least radius left out.
     pub dots_dropped: usize,
+    /// Which program decoded the photo's file: `graphstipple`, or another with its version; `None` where there was none.
+    pub decoder: Option<String>,
     /// Seconds each stage took, and `total`.
     pub seconds: std::collections::BTreeMap<String, f64>,
 }
