@@ -7,6 +7,7 @@ pip installs does so too; the native binary has nobody to ask.
 from __future__ import annotations
 
 import io
+import re
 import struct
 import warnings
 from contextlib import suppress
@@ -25,6 +26,15 @@ if TYPE_CHECKING:
 
 FORMATS = ("AVIF", "BMP", "DDS", "DIB", "GIF", "HEIF", "JPEG", "JPEG2000", "PCX", "PNG", "PPM", "QOI", "SGI", "SUN", "TIFF", "WEBP")
 """What Pillow is asked for, as it names them."""
+
+NAMES = {"JPEG2000": "JPEG 2000", "PPM": "PNM", "DIB": "BMP", "HEIF": "HEIC", "WEBP": "WebP", "MPO": "JPEG"}
+"""Names of formats in messages, where Pillow has others."""
+
+OF_THE_CORE = ("JPEG", "PNG", "TIFF", "WebP")
+"""Formats that the core reads: what it does not support of them, Pillow may not support either."""
+
+OF_DAMAGE = re.compile("truncated|broken data|premature|unexpected end|end of file", re.IGNORECASE)
+"""What Pillow says of files that end too soon."""
 
 EXIF, INTEROPERABILITY, COLOUR_SPACE = 0x8769, 0xA005, 0xA001
 """Tags of EXIF data."""
@@ -53,12 +63,14 @@ def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] |
 
         pillow_heif.register_heif_opener()
     Image.init()
+    name = ""
     formats = [name for name in FORMATS if name in Image.OPEN]
     try:
         with warnings.catch_warnings():
             # Of sizes, the core has a rule of its own; of the rest, it tells in one sentence.
             warnings.simplefilter("ignore")
             with Image.open(io.BytesIO(file) if isinstance(file, bytes) else file, formats=formats) as image:
+                name = NAMES.get(image.format or "", image.format or "")
                 _seek_the_picture(image)
                 reading.check(*image.size)
                 image.load()
@@ -69,9 +81,12 @@ def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] |
         raise ImageFileError("the image is too large for Pillow, which would have to read it") from error
     except (ImageFileError, InvalidInputError):
         raise
-    except (OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, TypeError, struct.error, MemoryError) as error:
-        detail = str(error).strip().splitlines()
-        raise ImageFileError(f"Pillow, which was asked to read the file, cannot: {detail[0] if detail else 'no reason given'}") from error
+    except MemoryError as error:
+        raise ImageFileError("there is not enough memory to read the image") from error
+    except (OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, TypeError, struct.error) as error:
+        if OF_DAMAGE.search(str(error)) or name not in OF_THE_CORE:
+            raise ImageFileError(f"the {name} file is damaged or cut short: Pillow cannot read its picture") from error
+        return None
 
 
 def _seek_the_picture(image: Image.Image) -> None:

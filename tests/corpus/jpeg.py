@@ -250,8 +250,8 @@ def twelve_bits() -> Made:
 
 
 def lossless() -> Made:
-    data = imagecodecs.jpeg8_encode(quantised(colour.grey_picture(), 8), lossless=True)
-    return Made(bytes(data), Refused(("lossless",)))
+    samples = quantised(colour.grey_picture(), 8)
+    return Made(bytes(imagecodecs.jpeg8_encode(samples, lossless=True)), Drawn(samples / 255))
 
 
 def jpeg_ls() -> Made:

@@ -106,7 +106,7 @@ def palette(bits: int, **named: Any) -> Made:
 
 
 def floats(kind: str, grey: bool, spread: float = 1.0, order: w.Order = "<", **named: Any) -> Made:
-    """Return floats, spread around the middle beyond [0, 1] where that is above 1."""
+    """Return floats, spread around the middle beyond [0, 1], where they are refused as those of arrays are, if that is above 1."""
     values = colour.grey_picture()[..., np.newaxis] if grey else picture()
     samples = ((values - 0.5) * spread + 0.5).astype(kind)
     page = Page(samples, 8 * samples.itemsize, w.BLACK_IS_ZERO if grey else w.RGB, **named)
@@ -115,7 +115,11 @@ def floats(kind: str, grey: bool, spread: float = 1.0, order: w.Order = "<", **n
         clipped = np.clip(stored.astype(np.float64), 0, 1)
         return luma_of(clipped[..., 0] if grey else clipped)
 
-    return drawn(page, luma, order=order)
+    return beyond(page) if spread > 1 else drawn(page, luma, order=order)
+
+
+def beyond(page: Page) -> Made:
+    return Made(w.tiff(page), Refused(("between 0 and 1",)))
 
 
 def not_numbers() -> Made:

@@ -33,6 +33,8 @@ pub(super) struct Directory {
     entries: BTreeMap<u16, Entry>,
     /// Where the next one is; 0 if there is none.
     pub(super) next: u64,
+    /// Whether the file has all that it says.
+    pub(super) is_whole: bool,
 }
 
 impl Directory {
@@ -87,7 +89,7 @@ impl<R: Read + Seek> Tagged<R> {
         if count > MAX_ENTRIES {
             return None;
         }
-        let mut directory = Directory::default();
+        let mut directory = Directory { is_whole: true, ..Directory::default() };
         for _ in 0..count {
             let tag = self.number(2)? as u16;
             let kind = self.number(2)? as u16;
@@ -100,10 +102,14 @@ impl<R: Read + Seek> Tagged<R> {
                 continue;
             }
             let at = if bytes <= word as u64 { here } else { offset };
+            directory.is_whole &= at.saturating_add(bytes) <= self.length;
             // The first of a tag counts.
             directory.entries.entry(tag).or_insert(Entry { kind, count: values, at });
         }
-        directory.next = self.number(word).unwrap_or(0);
+        match self.number(word) {
+            Some(next) => directory.next = next,
+            None => directory.is_whole = false,
+        }
         Some(directory)
     }
 

@@ -34,6 +34,11 @@ impl Container {
         Error::Decode(format!("the {} file is cut short: {detail}", self.name()))
     }
 
+    /// An error for a file that may be sound, but of which nobody knows what its samples stand for.
+    pub(super) fn meaningless(self, what: &str) -> Error {
+        Error::Decode(format!("the {} file is of a kind that is not supported ({what}): save it anew as PNG", self.name()))
+    }
+
     /// An error for a file that may be sound, but has what is not read.
     pub(super) fn unsupported(self, what: &str) -> Error {
         Error::Unsupported(format!(

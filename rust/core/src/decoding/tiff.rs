@@ -13,6 +13,7 @@ use super::jpeg::{Coding, strip};
 use super::kinds::Container::Tiff;
 use super::reading::{Job, Opened, PROFILE_BYTES, Source, decoded, needs_memory};
 use super::unpack::{Compression, unpacked};
+use super::webp;
 use crate::base::{Error, Result};
 use crate::photo::MAX_SIDE;
 
@@ -118,6 +119,9 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let opened = opened(&mut file, &directory, &image, alpha)?;
     job.begin(&opened)?;
     let missing = fill(&mut file, &image, job)?;
+    if missing.pixels == 0 && !directory.is_whole {
+        job.warn("the TIFF file lacks its end; all its pixels are there");
+    }
     let total = image.width as u64 * image.height as u64;
     if missing.pixels > 0 {
         let detail = format!("{} % of its pixels are there", (total - missing.pixels.min(total)) * 100 / total);
@@ -294,8 +298,8 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
     if meaning == Meaning::Palette && image.palette.len() < 3 << bits {
         return Err(Tiff.damaged("its palette is not whole"));
     }
-    if image.compression == Compression::Jpeg && bits != 8 {
-        return Err(Tiff.unsupported(&format!("JPEG compression of samples of {bits} bits")));
+    if matches!(compression, Compression::Jpeg | Compression::WebP) && bits != 8 {
+        return Err(Tiff.unsupported(&format!("JPEG or WebP compression of samples of {bits} bits")));
     }
     Ok((image, alpha))
 }
@@ -308,9 +312,9 @@ fn number_of(file: &mut File, directory: &Directory) -> Result<Number> {
         [3] => Ok(Number::Float),
         // Of L*a*b*, a and b are signed without saying so; some writers do say it.
         [1 | 2, ..] if matches!(file.number_of(directory, tag::PHOTOMETRIC), Some(8)) => Ok(Number::Unsigned),
-        [2] => Err(Tiff.unsupported("signed samples, of which nothing says what is black and white")),
-        [_] => Err(Tiff.unsupported("complex samples")),
-        _ => Err(Tiff.unsupported("samples of different kinds")),
+        [2] => Err(Tiff.meaningless("signed samples, of which nothing says what is black and white")),
+        [_] => Err(Tiff.meaningless("complex samples")),
+        _ => Err(Tiff.meaningless("samples of different kinds")),
     }
 }
 
@@ -453,6 +457,12 @@ fn stream_of(file: &mut File, image: &Image, index: usize, missing: &mut Missing
         return Ok(Box::new(std::io::empty()));
     };
     missing.is_cut |= (data.len() as u64) < length;
+    if image.compression == Compression::WebP {
+        return Ok(match webp::strip(&data) {
+            Ok((samples, channels)) if channels == image.samples_of_chunk() => Box::new(Cursor::new(samples)),
+            _ => Box::new(std::io::empty()),
+        });
+    }
     if image.compression != Compression::Jpeg {
         return Ok(unpacked(image.compression, data, image.lsb_first, image.chunk[0]));
     }

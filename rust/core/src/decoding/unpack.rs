@@ -34,6 +34,7 @@ pub(super) enum Compression {
     PackBits,
     Lzma,
     Zstd,
+    WebP,
 }
 
 impl Compression {
@@ -55,13 +56,13 @@ impl Compression {
             32_773 => Self::PackBits,
             34_925 => Self::Lzma,
             50_000 => Self::Zstd,
+            50_001 | 34_927 => Self::WebP,
             9 | 10 | 34_661 => return Err("JBIG compression".into()),
             32_766 | 32_771 => return Err("NeXT or CCITT RLE compression of words".into()),
             32_809 => return Err("ThunderScan compression".into()),
             33_003 | 33_005 | 34_712 => return Err("JPEG 2000 compression".into()),
             34_676 | 34_677 => return Err("SGI's logarithmic compression".into()),
             34_887 => return Err("LERC compression".into()),
-            50_001 | 34_927 => return Err("WebP compression".into()),
             50_002 | 52_546 => return Err("JPEG XL compression".into()),
             other => return Err(format!("a compression of number {other}")),
         })
@@ -74,7 +75,7 @@ pub(super) fn unpacked(compression: Compression, mut data: Vec<u8>, lsb_first: b
         data.iter_mut().for_each(|byte| *byte = byte.reverse_bits());
     }
     match compression {
-        Compression::None | Compression::Jpeg => Box::new(Cursor::new(data)),
+        Compression::None | Compression::Jpeg | Compression::WebP => Box::new(Cursor::new(data)),
         Compression::Deflate => Box::new(flate2::bufread::ZlibDecoder::new(Cursor::new(data))),
         Compression::PackBits => Box::new(PackBits { data, at: 0, run: 0, of: None }),
         Compression::Lzw => Box::new(LzwBytes::new(data)),

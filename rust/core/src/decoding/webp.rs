@@ -94,6 +94,22 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     Ok(())
 }
 
+/// Decodes a strip or tile of TIFF. Returns its samples and how many a pixel has.
+pub(super) fn strip(bytes: &[u8]) -> Result<(Vec<u8>, usize)> {
+    let unreadable = |_| WebP.damaged("its picture cannot be decoded");
+    let found = chunks(bytes.get(12..).unwrap_or_default());
+    if found.iter().any(|chunk| !chunk.whole) {
+        return Err(WebP.cut_short("a part of its picture is missing"));
+    }
+    let mut decoder = decoded(WebP, || WebPDecoder::new(Cursor::new(bytes)).map_err(unreadable))?;
+    let (width, height) = decoder.dimensions();
+    let channels = if decoder.has_alpha() { 4 } else { 3 };
+    needs_memory(width as usize * height as usize * 8)?;
+    let mut samples = room(width as usize * height as usize * channels)?;
+    decoded(WebP, || decoder.read_image(&mut samples).map_err(unreadable))?;
+    Ok((samples, channels))
+}
+
 /// A file of the chunks that the picture at `at` needs.
 fn alone(found: &[Chunk], at: usize) -> Vec<u8> {
     let needed = [*b"VP8X", *b"ALPH", *b"ANIM"];
