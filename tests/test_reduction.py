@@ -1,4 +1,4 @@
-"""Photos with far more pixels than their nodes can use: reduced by a whole factor while they are read, drawn on the whole canvas."""
+"""Photos with far more pixels than their nodes can use: reduced while they are read, and drawn on the whole canvas."""
 
 import threading
 from pathlib import Path
