@@ -142,7 +142,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Writes the photo that is measured as a PGM, for programs that are to draw the same.
 fn write_photo(width: usize, height: usize, path: &str) -> Result<(), Box<dyn Error>> {
     let mut file = format!("P5 {width} {height} 255\n").into_bytes();
-    file.extend(photo(width, height).luma.values().iter().map(|value| (255.0 * value + 0.5) as u8));
+    file.extend(photo(width, height).luma().values().iter().map(|value| (255.0 * value + 0.5) as u8));
     Ok(std::fs::write(path, file)?)
 }
 

@@ -356,7 +356,10 @@ class Drawing:
 
     @cached_property
     def importance(self) -> npt.NDArray[np.float32]:
-        """The importance on the canvas, (height, width) in [0, 1], before the node budget's factor. A loaded drawing has none."""
+        """The importance on the canvas, (height, width) in [0, 1], before the node budget's factor. A loaded drawing has none.
+
+        Of a photo that was reduced, each value fills the box of pixels that it stands for.
+        """
         importance = self._core.importance()
         if importance is None:
             raise GraphStippleError(

@@ -1,4 +1,4 @@
-//! The whole method: the only folder that knows the order of the stages. In: luma, an importance and the options; out: a drawing
+//! The whole method: the only folder that knows the order of the stages. In: a photo, an importance and the options; out: a drawing
 //! with what the stages made on the way to it, all of them kept for the next one in a session. Source: the order is the paper's.
 
 mod draw;
