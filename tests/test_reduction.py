@@ -13,7 +13,7 @@ from tests.support import options_with, photo
 
 import graphstipple as gs
 from graphstipple import _core
-from graphstipple._inputs import read_photo
+from graphstipple._inputs import NOTHING, read_photo
 
 WHITE = (255, 255, 255)
 
@@ -36,9 +36,14 @@ def boxed(values: NDArray[Any], factor: int) -> NDArray[np.float32]:
     return (sums / np.outer(*sizes)).astype(np.float32)
 
 
+def reading(options: gs.Options | None) -> _core.Reading:
+    """Return how a photo is read that is drawn with these options, or with none."""
+    return _core.Reading(WHITE, options._checked if options else None, _core.MAX_PIXELS, False)
+
+
 def same(made: gs.Drawing, expected: gs.Drawing) -> bool:
-    """Whether two drawings agree in files, data and counts, but for seconds."""
-    counts = [{name: value for name, value in drawing.stats.items() if name != "seconds"} for drawing in (made, expected)]
+    """Whether two drawings agree in files, data and counts, but for seconds and what has decoded the file."""
+    counts = [{name: value for name, value in drawing.stats.items() if name not in {"seconds", "decoder"}} for drawing in (made, expected)]
     return (
         made.svg() == expected.svg()
         and made.json() == expected.json()
@@ -142,7 +147,7 @@ def test_a_map_is_reduced_by_its_own_size(large: NDArray[np.uint8], small: NDArr
         assert drawing.stats["reduction"] == 1
         assert same(session.draw(options), drawing)
         assert same(of_file.draw(options), gs.draw(small, path, options))
-    factors = [read_photo(grey, WHITE, gs.Options(nodes=nodes)._checked).factor for nodes in (2000, 30_000)]
+    factors = [read_photo(grey, reading(gs.Options(nodes=nodes)))[0].factor for nodes in (2000, 30_000)]
     assert factors == [3, 2]
 
 
@@ -168,7 +173,7 @@ def test_threads_with_different_reductions_share_a_session(large: NDArray[np.uin
 
 def test_what_is_read_without_options_is_whole(large: NDArray[np.uint8]) -> None:
     assert gs.stages.tone(large).shape == (1399, 1801)
-    whole = _core.photo(large, WHITE, None)
+    whole = _core.photo(large, NOTHING, reading(None))
     assert (whole.size, whole.factor, whole.luma.shape) == ((1801, 1399), 1, (1399, 1801))
-    reduced = _core.photo(large, WHITE, gs.Options(nodes=4000)._checked)
+    reduced = _core.photo(large, NOTHING, reading(gs.Options(nodes=4000)))
     assert (reduced.size, reduced.factor, reduced.luma.shape) == ((1801, 1399), 3, (466, 600))

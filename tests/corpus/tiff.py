@@ -316,7 +316,8 @@ def profiled_floats(kind: str, grey: bool, top: float = 1.0) -> Made:
     values = colour.grey_picture()[..., np.newaxis] if grey else picture()
     samples = colour.srgb_decoded(values).astype(kind)
     page = Page(samples, 8 * samples.itemsize, w.BLACK_IS_ZERO if grey else w.RGB)
-    return profiled(page, True, colour.SRGB_XY, top)
+    made = profiled(page, True, colour.SRGB_XY, top)
+    return Made(made.data, Refused(("between 0 and 1",))) if top > 1 else made
 
 
 def profiled_grey(bits: int) -> Made:

@@ -119,7 +119,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let opened = opened(&mut file, &directory, &image, alpha)?;
     job.begin(&opened)?;
     let missing = fill(&mut file, &image, job)?;
-    if missing.pixels == 0 && !directory.is_whole {
+    if missing.pixels == 0 && (missing.is_cut || !directory.is_whole) {
         job.warn("the TIFF file lacks its end; all its pixels are there");
     }
     let total = image.width as u64 * image.height as u64;
