@@ -15,9 +15,6 @@ pub(super) struct Coverage {
     pub(super) damaged: bool,
 }
 
-/// Bits that the last codes of a scan may lack: encoders have forgotten to write their last byte.
-const LACK: u32 = 8;
-
 /// Bits of a code that are looked up at once.
 const LOOKED_UP: u32 = 10;
 
@@ -222,8 +219,7 @@ fn walk(frame: &Frame, scan: &Scan, blocks: &mut [Blocks], bytes: &[u8]) -> (usi
                     }
                 }
             }
-            // The last unit may lack a few bits.
-            if bits.overrun() > if done + 1 == total { LACK } else { 0 } {
+            if bits.overrun() > 0 {
                 if bits.restart() {
                     // The interval is short, but there is more: damage in the middle.
                     sound = false;
