@@ -84,7 +84,7 @@ def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] |
     except MemoryError as error:
         raise ImageFileError("there is not enough memory to read the image") from error
     except (OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, TypeError, struct.error) as error:
-        if OF_DAMAGE.search(str(error)) or name not in OF_THE_CORE:
+        if name and (OF_DAMAGE.search(str(error)) or name not in OF_THE_CORE):
             raise ImageFileError(f"the {name} file is damaged or cut short: Pillow cannot read its picture") from error
         return None
 

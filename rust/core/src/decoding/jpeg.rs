@@ -16,7 +16,8 @@ use super::colour::{Colours, Depth};
 use super::coverage::{Coverage, Huffman, coverage};
 use super::exif::Exif;
 use super::kinds::Container::Jpeg;
-use super::reading::{Job, Opened, PROFILE_BYTES, decoded, needs_memory};
+use super::kinds::PROFILE_BYTES;
+use super::reading::{Job, Opened, decoded, needs_memory};
 use crate::base::Result;
 use crate::photo::{MAX_SIDE, Samples};
 
@@ -439,7 +440,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Stream, Opened)> {
     };
     let colours = match stream.profile(bytes) {
         Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(Jpeg.unsupported(&format!("a colour profile of {} bytes", profile.len())));
+            return Err(Jpeg.large_profile(profile.len()));
         }
         Some(profile) => Colours::of_icc(&profile),
         None if exif.adobe_rgb && model == Model::Rgb => Colours::adobe_rgb(),

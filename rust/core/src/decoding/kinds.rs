@@ -2,6 +2,9 @@
 
 use crate::base::Error;
 
+/// The most bytes of an embedded colour profile; real ones have a few thousand, those of presses a few million.
+pub(super) const PROFILE_BYTES: usize = 16 << 20;
+
 /// Bytes of a file that are looked at to tell its kind.
 pub(super) const HEAD: usize = 1024;
 
@@ -32,6 +35,12 @@ impl Container {
     /// An error for a file that ends too soon.
     pub(super) fn cut_short(self, detail: &str) -> Error {
         Error::Decode(format!("the {} file is cut short: {detail}", self.name()))
+    }
+
+    /// An error for a file whose profile is no profile's size.
+    pub(super) fn large_profile(self, bytes: usize) -> Error {
+        let name = self.name();
+        Error::Decode(format!("the {name} file has a colour profile of {bytes} bytes or more, but at most {PROFILE_BYTES} are read"))
     }
 
     /// An error for a file that may be sound, but of which nobody knows what its samples stand for.

@@ -11,7 +11,8 @@ use super::directory::{Directory, Tagged};
 use super::exif::Exif;
 use super::jpeg::{Coding, strip};
 use super::kinds::Container::Tiff;
-use super::reading::{Job, Opened, PROFILE_BYTES, Source, decoded, needs_memory};
+use super::kinds::PROFILE_BYTES;
+use super::reading::{Job, Opened, Source, decoded, needs_memory};
 use super::unpack::{Compression, unpacked};
 use super::webp;
 use crate::base::{Error, Result};
@@ -355,7 +356,7 @@ fn opened(file: &mut File, directory: &Directory, image: &Image, alpha: Option<b
     let profile = file.bytes(directory, tag::PROFILE).filter(|_| !matches!(image.meaning, Meaning::Lab { .. }));
     let colours = match profile {
         Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(Tiff.unsupported(&format!("a colour profile of {} bytes", profile.len())));
+            return Err(Tiff.large_profile(profile.len()));
         }
         Some(profile) => Colours::of_icc(&profile),
         None if exif.adobe_rgb && image.meaning == Meaning::Rgb => Colours::adobe_rgb(),
