@@ -71,7 +71,7 @@ def test_images_with_more_pixels_than_allowed_are_refused(written: Path) -> None
 
 @pytest.mark.parametrize("wrong", [0, -1, 250_000_001, 1.5, "many", True, None, float("nan")])
 def test_a_limit_that_is_none_is_refused(written: Path, wrong: object) -> None:
-    with pytest.raises(gs.InvalidInputError, match="max_pixels is .*, but it must be between 1 and 250000000 pixels"):
+    with pytest.raises(gs.InvalidInputError, match=r"max_pixels is .*, but it must be between 1 and 250000000 pixels"):
         gs.draw(written, max_pixels=wrong)  # type: ignore[arg-type]  # what the test is about
 
 
@@ -118,7 +118,9 @@ def test_a_large_photo_is_read_in_little_memory(tmp_path: Path) -> None:
 def test_too_little_memory_is_one_sentence(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "photo"
     Image.new("RGB", (12_000, 12_000), "grey").save(path, kind)
-    refused = run(Path("/bin/sh"), "-c", 'ulimit -v 400000; exec "$@"', "sh", native_binary(), str(path), "-o", str(tmp_path / "a.svg"))
+    refused = run(
+        Path("/bin/sh"), "-c", 'ulimit -v 400000; exec "$@"', "sh", native_binary(), str(path), "-o", str(tmp_path / "a.svg")
+    )
     assert_one_sentence(refused, FAILURE)
     assert "there is not enough memory to read the image" in refused.stderr.decode()
 
@@ -155,7 +157,7 @@ def test_what_there_is_of_a_damaged_file_is_drawn_if_that_is_wanted(kind: str, t
     path, target = tmp_path / "photo", tmp_path / "a.svg"
     data, luma = cut(kind)
     path.write_bytes(data)
-    with pytest.raises(gs.ImageFileError, match="cut short.*; allow_damaged draws what is there"):
+    with pytest.raises(gs.ImageFileError, match=r"cut short.*; allow_damaged draws what is there"):
         gs.draw(path)
     refused = run(native_binary(), str(path), "-o", str(target))
     assert_one_sentence(refused, FAILURE)
@@ -177,8 +179,7 @@ def test_what_there_is_of_a_damaged_file_is_drawn_if_that_is_wanted(kind: str, t
     with pytest.warns(gs.GraphStippleWarning):
         assert gs.draw(path, "none", allow_damaged=True).svg().encode() == target.read_bytes()
     with pytest.warns(gs.GraphStippleWarning):
-        session = gs.Session(path, "none", allow_damaged=True)
-        assert session.draw().svg().encode() == target.read_bytes()
+        assert gs.Session(path, "none", allow_damaged=True).draw().svg().encode() == target.read_bytes()
 
 
 def test_a_damaged_map_is_told_of_too(tmp_path: Path) -> None:
@@ -211,7 +212,9 @@ def test_the_command_that_pip_installs_asks_pillow(tmp_path: Path) -> None:
         drawn = done(python, *ours, image, "-o", str(target), "--stats", "--quiet")
         assert json.loads(drawn.stdout)["decoder"].startswith(decoder)
         svgs.add(target.read_bytes())
-        piped = subprocess.run([python, *ours, "-", "-o", str(target), "--quiet"], input=image.read_bytes(), check=True, capture_output=True)
+        piped = subprocess.run(
+            [python, *ours, "-", "-o", str(target), "--quiet"], input=image.read_bytes(), check=True, capture_output=True
+        )
         assert not piped.stderr
         svgs.add(target.read_bytes())
     assert len(svgs) == 1

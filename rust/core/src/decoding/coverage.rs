@@ -32,8 +32,7 @@ pub(super) struct Huffman {
 impl Huffman {
     /// A table of the numbers of codes of 1 to 16 bits, and their symbols.
     pub(super) fn new(counts: &[u8; 16], symbols: &[u8]) -> Self {
-        let mut table =
-            Self { short: vec![(0, 0); 1 << LOOKED_UP], ends: [0; 17], offsets: [0; 17], symbols: symbols.to_vec() };
+        let mut table = Self { short: vec![(0, 0); 1 << LOOKED_UP], ends: [0; 17], offsets: [0; 17], symbols: symbols.to_vec() };
         let (mut code, mut index) = (0u32, 0usize);
         for length in 1..=16u32 {
             let count = usize::from(counts[length as usize - 1]);

@@ -238,12 +238,7 @@ impl Stream {
         if !matches!(components.len(), 1 | 3 | 4) {
             self.unsupported = self.unsupported.or(Some("other than 1, 3 or 4 components"));
         }
-        self.frame = Frame {
-            progressive: marker == 0xC2,
-            width: of(*w1, *w0),
-            height: of(*h1, *h0),
-            components,
-        };
+        self.frame = Frame { progressive: marker == 0xC2, width: of(*w1, *w0), height: of(*h1, *h0), components };
         let largest = self.frame.largest();
         if self.frame.components.iter().any(|c| (0..2).any(|axis| !largest[axis].is_multiple_of(c.sampling[axis]))) {
             self.unsupported = self.unsupported.or(Some("components of which one's sampling is no multiple of another's"));
@@ -546,8 +541,7 @@ fn pixels(
 
 fn by_zune(stream: &[u8], channels: usize) -> Result<Vec<u8>> {
     let colours = if channels == 1 { ColorSpace::Luma } else { ColorSpace::RGB };
-    let options =
-        DecoderOptions::default().set_max_width(MAX_SIDE).set_max_height(MAX_SIDE).jpeg_set_out_colorspace(colours);
+    let options = DecoderOptions::default().set_max_width(MAX_SIDE).set_max_height(MAX_SIDE).jpeg_set_out_colorspace(colours);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(stream), options);
     decoded(Jpeg, || decoder.decode().map_err(|_| Jpeg.damaged("its picture cannot be decoded")))
 }

@@ -40,7 +40,9 @@ impl Container {
     /// An error for a file whose profile is no profile's size.
     pub(super) fn large_profile(self, bytes: usize) -> Error {
         let name = self.name();
-        Error::Decode(format!("the {name} file has a colour profile of {bytes} bytes or more, but at most {PROFILE_BYTES} are read"))
+        Error::Decode(format!(
+            "the {name} file has a colour profile of {bytes} bytes or more, but at most {PROFILE_BYTES} are read"
+        ))
     }
 
     /// An error for a file that may be sound, but of which nobody knows what its samples stand for.
@@ -171,7 +173,7 @@ fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
     }
     match head {
         // A bitmap's header has a size of its own, and no two words begin like this.
-        [b'B', b'M', .., ] if matches!(head.get(14..18), Some([12 | 16 | 40 | 52 | 56 | 64 | 108 | 124, 0, 0, 0])) => {
+        [b'B', b'M', ..] if matches!(head.get(14..18), Some([12 | 16 | 40 | 52 | 56 | 64 | 108 | 124, 0, 0, 0])) => {
             return Some(("BMP", PILLOW));
         }
         [b'P', b'1'..=b'7', b' ' | b'\n' | b'\r' | b'\t' | b'#', ..] | [b'P', b'F' | b'f', b'\n' | b'\r', ..] => {

@@ -90,13 +90,7 @@ fn read_rows(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, d
 }
 
 /// Reads the seven passes. Returns whether all of them are there.
-fn read_interlaced(
-    reader: &mut Reader<&mut dyn Source>,
-    stored: Stored,
-    row: usize,
-    depth: Depth,
-    job: &mut Job,
-) -> Result<bool> {
+fn read_interlaced(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, depth: Depth, job: &mut Job) -> Result<bool> {
     needs_memory(row * stored.height)?;
     let mut samples = room(row * stored.height)?;
     let bytes = if depth == Depth::U16 { 2 } else { 1 };

@@ -138,9 +138,7 @@ impl<'a> Job<'a> {
                 self.warn(&format!("{sentence}; the rest is background"));
                 Ok(())
             }
-            Error::Decode(sentence) if part > 0 => {
-                Err(Error::Decode(format!("{sentence}; allow_damaged draws what is there")))
-            }
+            Error::Decode(sentence) if part > 0 => Err(Error::Decode(format!("{sentence}; allow_damaged draws what is there"))),
             error => Err(error),
         }
     }
@@ -236,7 +234,9 @@ pub(super) fn room(bytes: usize) -> Result<Vec<u8>> {
 mod tests {
     use std::io::Cursor;
 
-    use image::{DynamicImage, GrayImage, ImageBuffer, ImageEncoder, ImageFormat, Luma, LumaA, Rgb, Rgb32FImage, RgbImage, RgbaImage};
+    use image::{
+        DynamicImage, GrayImage, ImageBuffer, ImageEncoder, ImageFormat, Luma, LumaA, Rgb, Rgb32FImage, RgbImage, RgbaImage,
+    };
     use moxcms::ColorProfile;
 
     use super::*;
@@ -479,10 +479,7 @@ mod tests {
             message(&png_of_size(60_000, 60_000)),
             "the image is too large: 60000 x 60000 pixels, but at most 250000000 pixels are read"
         );
-        assert_eq!(
-            message(&png_of_size(70_000, 1)),
-            "the image is too large: 70000 x 1 pixels, but a side may have at most 65535"
-        );
+        assert_eq!(message(&png_of_size(70_000, 1)), "the image is too large: 70000 x 1 pixels, but a side may have at most 65535");
         let few = Reading { max_pixels: 99, ..Reading::default() };
         let told = read(&png_of_size(10, 10), &few).unwrap_err().to_string();
         assert_eq!(told, "the image is too large: 10 x 10 pixels, but at most 99 pixels are read");

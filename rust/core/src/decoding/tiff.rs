@@ -516,12 +516,7 @@ fn stream_of(file: &mut File, image: &Image, index: usize, missing: &mut Missing
 }
 
 /// The next rows of a chunk, `width` pixels of each, as samples for the canvas; and how many rows are there.
-fn rows_of(
-    image: &Image,
-    streams: &mut [Option<Box<dyn Read>>],
-    rows: usize,
-    width: usize,
-) -> Result<Option<(Owned, usize)>> {
+fn rows_of(image: &Image, streams: &mut [Option<Box<dyn Read>>], rows: usize, width: usize) -> Result<Option<(Owned, usize)>> {
     let mut planes = Vec::with_capacity(streams.len());
     let mut read = rows;
     for stream in streams.iter_mut() {
