@@ -189,7 +189,7 @@ fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
     if head.get(4..8) == Some(b"ftyp") {
         // The brand that it is made for, then those that it can be read as.
         let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
-        let brands = head.get(8..length.clamp(12, head.len())).unwrap_or_default();
+        let brands = head.get(8..length.max(12).min(head.len())).unwrap_or_default();
         let major = brands.get(..4).unwrap_or_default();
         let has = |wanted: &[&[u8]]| brands.chunks_exact(4).any(|brand| wanted.contains(&brand));
         return Some(match major {
@@ -245,5 +245,19 @@ fn told(head: &[u8]) -> String {
         format!("the file is text, not an image in a format that is read: {known}")
     } else {
         format!("the file is not an image in a format that is read: {known}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_head_of_a_video_that_ends_at_once_is_told_as_one() {
+        for length in 8..16 {
+            let head = &b"\0\0\0\x08ftypheic"[..length.min(12)];
+            let told = kind_of(head).unwrap_err().to_string();
+            assert!(told.contains(if length < 12 { "video" } else { "HEIC" }), "{told}");
+        }
     }
 }
