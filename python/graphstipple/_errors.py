@@ -6,7 +6,7 @@ class GraphStippleError(Exception):
 
 
 class GraphStippleWarning(UserWarning):
-    """A drawing is hardly what was wanted: it is blank, though the photo is not flat; the message says what to do."""
+    """A drawing is hardly what was wanted: it is blank, though the photo is not flat, or made of what there is of a file."""
 
 
 class InvalidInputError(GraphStippleError, ValueError):

@@ -1,6 +1,6 @@
 //! The extension module `graphstipple._core`: extract, detach from the interpreter, call, convert; nothing else.
 //!
-//! Long work runs on a thread of its own that never calls Python ([`watch`]); core errors become Python exceptions in one place
+//! Long work runs on a thread of its own that never calls Python ([`watch`]), but to ask Pillow ([`fallback`]); core errors become Python exceptions in one place
 //! ([`errors`]). What this crate does not do: check or convert what users pass (that is Python's, where the copies are visible),
 //! and anything of the method itself (that is the core's).
 

@@ -2,7 +2,7 @@
 //!
 //! The calling thread, detached from the interpreter, looks up every few milliseconds: it lets Python handle signals and calls the
 //! progress callback. When either raises, the worker is asked to stop and the exception propagates at once, without waiting
-//! for the worker; so what a worker uses is its own. Workers never call Python.
+//! for the worker; so what a worker uses is its own. Workers never call Python, but to ask Pillow ([`crate::fallback`]).
 
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
