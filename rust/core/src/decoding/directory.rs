@@ -10,6 +10,9 @@ const MAX_ENTRIES: u64 = 4096;
 /// Bytes of the values of one tag at most; a profile may take as many.
 pub(super) const MAX_VALUE_BYTES: u64 = 64 << 20;
 
+/// Values of a tag that are read as reals at most; those of use have six.
+const MAX_REALS: u64 = 16;
+
 /// A file of directories.
 pub(super) struct Tagged<R> {
     source: R,
@@ -113,9 +116,10 @@ impl<R: Read + Seek> Tagged<R> {
         Some(directory)
     }
 
-    /// The values of a tag as whole numbers; empty if there is no such tag, or they are of another kind.
-    pub(super) fn numbers(&mut self, directory: &Directory, tag: u16) -> Vec<u64> {
-        let Some((kind, bytes)) = self.raw(directory, tag) else { return Vec::new() };
+    /// The values of a tag as whole numbers, the first of them where there are more than are of use; empty if there is no such tag, or
+    /// they are of another kind.
+    pub(super) fn numbers(&mut self, directory: &Directory, tag: u16, most: usize) -> Vec<u64> {
+        let Some((kind, bytes)) = self.raw(directory, tag, most as u64) else { return Vec::new() };
         if !matches!(kind, 1 | 3 | 4 | 7 | 13 | 16 | 18) {
             return Vec::new();
         }
@@ -125,7 +129,7 @@ impl<R: Read + Seek> Tagged<R> {
 
     /// The values of a tag as reals: whole ones, fractions and floats.
     pub(super) fn reals(&mut self, directory: &Directory, tag: u16) -> Vec<f64> {
-        let Some((kind, bytes)) = self.raw(directory, tag) else { return Vec::new() };
+        let Some((kind, bytes)) = self.raw(directory, tag, MAX_REALS) else { return Vec::new() };
         let Some(size) = size_of(kind) else { return Vec::new() };
         let of = |value: &[u8]| of_bytes(value, self.big_endian);
         bytes
@@ -145,12 +149,12 @@ impl<R: Read + Seek> Tagged<R> {
 
     /// The first value of a tag.
     pub(super) fn number_of(&mut self, directory: &Directory, tag: u16) -> Option<u64> {
-        self.numbers(directory, tag).first().copied()
+        self.numbers(directory, tag, 1).first().copied()
     }
 
     /// The bytes of a tag.
     pub(super) fn bytes(&mut self, directory: &Directory, tag: u16) -> Option<Vec<u8>> {
-        self.raw(directory, tag).map(|(_, bytes)| bytes)
+        self.raw(directory, tag, u64::MAX).map(|(_, bytes)| bytes)
     }
 
     /// Bytes of the file, fewer than asked for where it ends before.
@@ -163,9 +167,9 @@ impl<R: Read + Seek> Tagged<R> {
         Some(bytes)
     }
 
-    fn raw(&mut self, directory: &Directory, tag: u16) -> Option<(u16, Vec<u8>)> {
+    fn raw(&mut self, directory: &Directory, tag: u16, most: u64) -> Option<(u16, Vec<u8>)> {
         let entry = directory.entries.get(&tag)?;
-        let wanted = entry.count * size_of(entry.kind)? as u64;
+        let wanted = entry.count.min(most) * size_of(entry.kind)? as u64;
         let bytes = self.read(entry.at, wanted)?;
         (bytes.len() as u64 == wanted).then_some((entry.kind, bytes))
     }

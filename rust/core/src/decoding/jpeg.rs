@@ -24,6 +24,12 @@ use crate::photo::{MAX_SIDE, Samples};
 /// Rows that are handed on at once.
 const ROWS: usize = 512;
 
+/// Pixels of a side of the largest unit that encoders fill up.
+const UNIT: usize = 32;
+
+/// Scans of a picture at most. Encoders make a dozen; each of a few bytes may go through all blocks of the picture.
+const MAX_SCANS: usize = 256;
+
 /// A component of the picture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Component {
@@ -184,6 +190,9 @@ impl Stream {
                     let Some(read) = stream.read_scan(content, &tables, at..end) else {
                         return Err(Jpeg.damaged("the header of a scan is broken"));
                     };
+                    if stream.scans.len() == MAX_SCANS {
+                        return Err(Jpeg.damaged(&format!("it has more than {MAX_SCANS} scans")));
+                    }
                     at = end;
                     scan = Some(stream.scans.len());
                     stream.scans.push(read);
@@ -316,6 +325,8 @@ impl Stream {
     fn rebuilt(&self, bytes: &[u8], tables: Option<(&Self, &[u8])>, height: usize, keep: impl Fn(&Scan) -> bool) -> Vec<u8> {
         let mut stream = vec![0xFF, 0xD8];
         let of_tables = tables.into_iter().flat_map(|(tables, bytes)| tables.pieces.iter().map(move |piece| (piece, bytes)));
+        // A picture in the stream of the tables is not this one.
+        let of_tables = of_tables.filter(|(piece, _)| matches!(piece.marker, 0xC4 | 0xDB | 0xDD));
         for (piece, bytes) in of_tables.chain(self.pieces.iter().map(|piece| (piece, bytes))) {
             let scan = piece.scan.map(|scan| &self.scans[scan]);
             if scan.is_some_and(|scan| !keep(scan)) {
@@ -497,16 +508,19 @@ fn covered(stream: &Stream, bytes: &[u8]) -> Coverage {
     coverage(&stream.frame, &stream.scans, bytes)
 }
 
-/// Decodes a strip or tile of TIFF, whose tables may stand in a stream of their own.
-pub(super) fn strip(bytes: &[u8], tables: Option<&[u8]>, coding: Coding) -> Result<Decoded> {
+/// Decodes a strip or tile of TIFF, whose tables may stand in a stream of their own. It may be larger than the `most` that is
+/// wanted by what fills its last units.
+pub(super) fn strip(bytes: &[u8], tables: Option<&[u8]>, coding: Coding, most: [usize; 2]) -> Result<Decoded> {
     let tables = tables.map(|bytes| Stream::parse(bytes).map(|stream| (stream, bytes))).transpose()?;
     let stream = Stream::parse(bytes)?;
     stream.check()?;
-    if stream.frame.width > MAX_SIDE || stream.frame.height > MAX_SIDE {
+    let Frame { width, height, .. } = stream.frame;
+    if width > most[0].next_multiple_of(UNIT) || height > most[1].next_multiple_of(UNIT) {
         return Err(Jpeg.damaged("its size is wrong"));
     }
+    needs_memory(width * height * if stream.is_plain() { 3 } else { 8 })?;
     let tables = tables.as_ref().map(|(stream, bytes)| (stream, *bytes));
-    pixels(&stream, bytes, tables, stream.frame.height, coding, |_| true)
+    pixels(&stream, bytes, tables, height, coding, |_| true)
 }
 
 /// The samples of a stream, so many rows: grey, R, G, B or inks.
@@ -583,4 +597,18 @@ fn inks(mut samples: Vec<u8>, is_ycck: bool, inverted: bool) -> Vec<u8> {
         }
     }
     samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_has_no_thousand_scans() {
+        let frame = b"\xFF\xD8\xFF\xC2\0\x0B\x08\x10\0\x10\0\x01\x01\x11\0";
+        let scan = b"\xFF\xDA\0\x08\x01\x01\0\0\0\0\0";
+        let told = |scans| Stream::parse(&[&frame[..], &scan.repeat(scans)].concat()).map(|stream| stream.scans.len());
+        assert_eq!(told(MAX_SCANS).unwrap(), MAX_SCANS);
+        assert!(told(MAX_SCANS + 1).unwrap_err().to_string().contains("more than 256 scans"));
+    }
 }

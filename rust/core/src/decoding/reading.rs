@@ -113,6 +113,14 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
+    /// Whether a picture of this size is read at all.
+    ///
+    /// # Errors
+    /// As [`Reading::factor`].
+    pub(super) fn check_size(&self, [width, height]: [usize; 2]) -> Result<()> {
+        self.reading.factor(width, height).map(drop)
+    }
+
     pub(super) fn canvas(&mut self) -> Result<&mut Canvas<'a>> {
         self.canvas.as_mut().ok_or_else(|| Error::Internal("the picture has no canvas".into()))
     }

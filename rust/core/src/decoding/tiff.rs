@@ -21,8 +21,17 @@ use crate::photo::MAX_SIDE;
 /// Images of a file that are looked at.
 const MAX_IMAGES: usize = 256;
 
+/// Samples of a pixel at most.
+const MAX_SAMPLES: usize = 1024;
+
 /// Bytes that are unpacked at once, about.
 const AT_ONCE: usize = 1 << 20;
+
+/// Bytes of a row of a strip or tile at most: it is unpacked whole. Real ones have a hundredth.
+const MAX_ROW_BYTES: u64 = 64 << 20;
+
+/// Pixels of a tile that may be more than those of the largest photo that is read: small photos have tiles of the usual size.
+const USUAL_TILE: usize = 1 << 20;
 
 mod tag {
     pub(super) const SUBFILE: u16 = 254;
@@ -116,8 +125,15 @@ type File<'a> = Tagged<&'a mut dyn Source>;
 pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let Some((mut file, first)) = Tagged::open(source) else { return Err(Tiff.damaged("its header is broken")) };
     let directory = chosen(&mut file, first)?;
+    let side = |tag| usize::try_from(file.number_of(&directory, tag).unwrap_or(0)).unwrap_or(usize::MAX);
+    job.check_size([tag::WIDTH, tag::HEIGHT].map(side))?;
     let (image, alpha) = image_of(&mut file, &directory)?;
     let opened = opened(&mut file, &directory, &image, alpha)?;
+    // Their decoders make all pixels of a chunk at once.
+    let is_made_whole = matches!(image.compression, Compression::Jpeg | Compression::WebP);
+    if is_made_whole && image.chunk[0].saturating_mul(image.chunk[1]) > USUAL_TILE {
+        job.check_size(image.chunk)?;
+    }
     job.begin(&opened)?;
     let missing = fill(&mut file, &image, job)?;
     if missing.pixels == 0 && (missing.is_cut || !directory.is_whole) {
@@ -138,7 +154,10 @@ fn chosen(file: &mut File, first: u64) -> Result<Directory> {
     let mut best: Option<(bool, u64, Directory)> = None;
     let (mut seen, mut is_raw, mut found) = (Vec::new(), false, false);
     while let Some(at) = places.pop() {
-        if at == 0 || seen.contains(&at) || seen.len() >= MAX_IMAGES {
+        if seen.len() >= MAX_IMAGES {
+            break;
+        }
+        if at == 0 || seen.contains(&at) {
             continue;
         }
         seen.push(at);
@@ -146,7 +165,7 @@ fn chosen(file: &mut File, first: u64) -> Result<Directory> {
         found = true;
         // Those below an image come after it, and before the next.
         places.push(directory.next);
-        places.extend(file.numbers(&directory, tag::SUB_IFDS).into_iter().rev());
+        places.extend(file.numbers(&directory, tag::SUB_IFDS, MAX_IMAGES).into_iter().rev());
         let photometric = file.number_of(&directory, tag::PHOTOMETRIC);
         is_raw |= matches!(photometric, Some(32_803 | 34_892))
             || directory.has(tag::DNG_VERSION)
@@ -188,11 +207,11 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
     let [width, height] = [tag::WIDTH, tag::HEIGHT].map(|tag| one(file, tag, 0) as usize);
     let samples = one(file, tag::SAMPLES, 1) as usize;
     let photometric = file.number_of(directory, tag::PHOTOMETRIC);
-    if samples == 0 || samples > 1024 {
+    if samples == 0 || samples > MAX_SAMPLES {
         return Err(Tiff.damaged(&format!("it says that a pixel has {samples} samples")));
     }
     let number = number_of(file, directory)?;
-    let mut bits = file.numbers(directory, tag::BITS);
+    let mut bits = file.numbers(directory, tag::BITS, MAX_SAMPLES);
     bits.dedup();
     let bits = match bits[..] {
         [] => 1,
@@ -260,8 +279,14 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
         return Err(Tiff.damaged(&format!("its tiles are {} x {} pixels", chunk[0], chunk[1])));
     }
     let names = if tiled { [tag::TILE_OFFSETS, tag::TILE_BYTES] } else { [tag::STRIP_OFFSETS, tag::STRIP_BYTES] };
-    let [offsets, lengths] = names.map(|tag| file.numbers(directory, tag));
-    let subsampling = match file.numbers(directory, tag::SUBSAMPLING)[..] {
+    let planar = one(file, tag::PLANAR, 1) == 2 && samples > 1;
+    let row_bits = chunk[0] as u64 * bits as u64 * if planar { 1 } else { samples as u64 };
+    if row_bits.div_ceil(8) > MAX_ROW_BYTES {
+        return Err(Tiff.unsupported(&format!("rows of {} MB", row_bits / 8_000_000)));
+    }
+    let chunks = width.div_ceil(chunk[0]) * height.div_ceil(chunk[1]) * if planar { samples } else { 1 };
+    let [offsets, lengths] = names.map(|tag| file.numbers(directory, tag, chunks));
+    let subsampling = match file.numbers(directory, tag::SUBSAMPLING, 3)[..] {
         [h @ (1 | 2 | 4), v @ (1 | 2 | 4)] => [h as usize, v as usize],
         [] => [2, 2],
         _ => return Err(Tiff.damaged("its chroma is subsampled in no known way")),
@@ -272,7 +297,6 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
         coefficients: <[f64; 3]>::try_from(reals(file, tag::COEFFICIENTS)).unwrap_or([0.299, 0.587, 0.114]),
         reference: <[f64; 6]>::try_from(reals(file, tag::REFERENCE)).unwrap_or([0.0, 255.0, 128.0, 255.0, 128.0, 255.0]),
     };
-    let planar = one(file, tag::PLANAR, 1) == 2 && samples > 1;
     if ycc.subsampling != [1, 1] && (planar || samples != 3) {
         return Err(Tiff.unsupported("subsampled chroma in planes of its own"));
     }
@@ -292,7 +316,7 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
         chunk,
         offsets,
         lengths,
-        palette: file.numbers(directory, tag::PALETTE),
+        palette: file.numbers(directory, tag::PALETTE, 3 << 16),
         tables: file.bytes(directory, tag::JPEG_TABLES),
         ycc,
     };
@@ -309,7 +333,7 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
 }
 
 fn number_of(file: &mut File, directory: &Directory) -> Result<Number> {
-    let mut formats = file.numbers(directory, tag::FORMAT);
+    let mut formats = file.numbers(directory, tag::FORMAT, MAX_SAMPLES);
     formats.dedup();
     match formats[..] {
         [] | [1 | 4] => Ok(Number::Unsigned),
@@ -333,7 +357,7 @@ fn used_of(file: &mut File, directory: &Directory, meaning: Meaning, samples: us
         return Err(Tiff.damaged(&format!("a pixel has {samples} samples, but its colours need {colours}")));
     }
     let mut used: Vec<usize> = (0..colours).collect();
-    let extra = file.numbers(directory, tag::EXTRA);
+    let extra = file.numbers(directory, tag::EXTRA, MAX_SAMPLES);
     let alpha = if directory.has(tag::EXTRA) {
         extra.iter().position(|kind| matches!(kind, 1 | 2)).map(|at| (colours + at, extra[at] == 1))
     } else {
@@ -421,9 +445,9 @@ impl Image {
     fn bytes_of_rows(&self, rows: usize) -> usize {
         let [h, v] = self.ycc.subsampling;
         if self.ycc.subsampling != [1, 1] {
-            return rows.div_ceil(v) * self.chunk[0].div_ceil(h) * (h * v + 2);
+            return rows.div_ceil(v).saturating_mul(self.chunk[0].div_ceil(h) * (h * v + 2));
         }
-        rows * (self.chunk[0] * self.samples_of_chunk() * self.bits).div_ceil(8)
+        rows.saturating_mul((self.chunk[0] * self.samples_of_chunk() * self.bits).div_ceil(8))
     }
 }
 
@@ -441,6 +465,7 @@ fn fill(file: &mut File, image: &Image, job: &mut Job) -> Result<Missing> {
     let planes = if image.planar { image.samples } else { 1 };
     let mut missing = Missing::default();
     for index in 0..across * down {
+        job.control.check()?;
         let [column, row] = [index % across * image.chunk[0], index / across * image.chunk[1]];
         let width = image.chunk[0].min(image.width - column);
         let height = image.chunk[1].min(image.height - row);
@@ -490,16 +515,17 @@ fn stream_of(file: &mut File, image: &Image, index: usize, missing: &mut Missing
     };
     missing.is_cut |= (data.len() as u64) < length;
     if image.compression == Compression::WebP {
-        return Ok(match webp::strip(&data) {
+        return Ok(match webp::strip(&data, image.chunk) {
             Ok((samples, channels)) if channels == image.samples_of_chunk() => Box::new(Cursor::new(samples)),
             _ => Box::new(std::io::empty()),
         });
     }
     if image.compression != Compression::Jpeg {
-        return Ok(unpacked(image.compression, data, image.lsb_first, image.chunk[0]));
+        let stream = decoded(Tiff, || Ok(unpacked(image.compression, data, image.lsb_first, image.chunk[0])));
+        return Ok(stream.unwrap_or_else(|_| Box::new(std::io::empty())));
     }
     let coding = if image.meaning == Meaning::Ycc { Coding::Ycc } else { Coding::Plain };
-    let picture = match strip(&data, image.tables.as_deref(), coding) {
+    let picture = match strip(&data, image.tables.as_deref(), coding, image.chunk) {
         Ok(picture) => picture,
         Err(error @ Error::Unsupported(_)) => return Err(error),
         Err(_) => return Ok(Box::new(std::io::empty())),
@@ -851,4 +877,132 @@ fn from_lab(samples: Owned, channels: usize, signed: bool) -> Owned {
     };
     let opacity = |pixel: &[f64]| pixel.get(3).map(|v| (v / (range - 1.0)) as f32);
     Owned::F32(values.chunks_exact(channels).flat_map(|pixel| colour(pixel).into_iter().chain(opacity(pixel))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Control;
+    use crate::decoding::{Decoded, Reading, decode};
+
+    /// A file of little endian numbers, whose data stand at byte 8 and whose entries are long.
+    fn file(entries: &[(u16, &[u32])], data: &[u8]) -> Vec<u8> {
+        let mut file = b"II*\0\0\0\0\0".to_vec();
+        file.extend(data);
+        let places: Vec<u32> = entries
+            .iter()
+            .map(|(_, values)| match values {
+                [one] => *one,
+                several => {
+                    let at = file.len() as u32;
+                    file.extend(several.iter().flat_map(|value| value.to_le_bytes()));
+                    at
+                }
+            })
+            .collect();
+        let at = file.len() as u32;
+        file[4..8].copy_from_slice(&at.to_le_bytes());
+        file.extend((entries.len() as u16).to_le_bytes());
+        for ((tag, values), place) in entries.iter().zip(places) {
+            file.extend(tag.to_le_bytes());
+            file.extend(4u16.to_le_bytes());
+            file.extend((values.len() as u32).to_le_bytes());
+            file.extend(place.to_le_bytes());
+        }
+        file.extend([0; 4]);
+        file
+    }
+
+    fn read(file: &[u8], max_pixels: u64) -> Result<Decoded> {
+        let reading = Reading { max_pixels, ..Reading::default() };
+        decode(&mut Cursor::new(file), &reading, &Control::new())
+    }
+
+    fn told(entries: &[(u16, &[u32])], data: &[u8]) -> String {
+        read(&file(entries, data), 10_000_000).unwrap_err().to_string()
+    }
+
+    /// Bytes as the values of a tag, four by four.
+    fn longs(bytes: &[u8]) -> Vec<u32> {
+        bytes.chunks(4).map(|four| four.iter().rev().fold(0, |long, byte| long << 8 | u32::from(*byte))).collect()
+    }
+
+    #[test]
+    fn rows_that_no_photo_has_are_refused_before_there_is_room_for_them() {
+        let tiled = |samples, bits| {
+            let entries: &[(u16, &[u32])] = &[
+                (tag::WIDTH, &[1]),
+                (tag::HEIGHT, &[1]),
+                (tag::BITS, &[bits]),
+                (tag::FORMAT, &[3]),
+                (tag::SAMPLES, &[samples]),
+                (tag::EXTRA, &[0]),
+                (tag::TILE_WIDTH, &[260_000]),
+                (tag::TILE_HEIGHT, &[260_000]),
+                (tag::TILE_OFFSETS, &[8]),
+            ];
+            told(entries, &[0; 8])
+        };
+        assert!(tiled(1024, 64).contains("rows of 2129 MB"), "{}", tiled(1024, 64));
+        assert!(tiled(1, 32).contains("0 % of its pixels"), "{}", tiled(1, 32));
+    }
+
+    #[test]
+    fn a_size_beyond_all_numbers_is_too_large() {
+        let entries: &[(u16, &[u32])] =
+            &[(tag::WIDTH, &[u32::MAX]), (tag::HEIGHT, &[u32::MAX]), (tag::TILE_WIDTH, &[1]), (tag::TILE_HEIGHT, &[1])];
+        assert!(told(entries, &[]).contains("too large: 4294967295 x 4294967295 pixels"), "{}", told(entries, &[]));
+    }
+
+    #[test]
+    fn a_picture_in_a_tile_is_not_larger_than_the_tile() {
+        // A header of 65535 x 65535 pixels and nothing behind it.
+        let jpeg = b"\xFF\xD8\xFF\xC0\0\x0B\x08\xFF\xFF\xFF\xFF\x01\x01\x11\0\xFF\xDA\0\x08\x01\x01\0\0\x3F\0\0";
+        let webp = b"RIFF\x12\0\0\0WEBPVP8L\x05\0\0\0\x2F\xFE\xBF\xFF\x0F\0";
+        for (data, compression, [photometric, samples]) in [(&jpeg[..], 7, [1, 1]), (&webp[..], 50_001, [2, 3])] {
+            let of_tiles = |side: u32| {
+                let bytes = [data.len() as u32];
+                let entries: &[(u16, &[u32])] = &[
+                    (tag::WIDTH, &[1]),
+                    (tag::HEIGHT, &[1]),
+                    (tag::BITS, &[8]),
+                    (tag::COMPRESSION, &[compression]),
+                    (tag::PHOTOMETRIC, &[photometric]),
+                    (tag::SAMPLES, &[samples]),
+                    (tag::TILE_WIDTH, &[side]),
+                    (tag::TILE_HEIGHT, &[side]),
+                    (tag::TILE_OFFSETS, &[8]),
+                    (tag::TILE_BYTES, &bytes),
+                ];
+                told(entries, data)
+            };
+            assert!(of_tiles(256).contains("0 % of its pixels"), "{}", of_tiles(256));
+            assert!(of_tiles(60_000).contains("too large: 60000 x 60000 pixels"), "{}", of_tiles(60_000));
+        }
+    }
+
+    #[test]
+    fn a_picture_in_the_stream_of_the_tables_is_no_part_of_the_strips() {
+        let picture = b"\xFF\xD8\xFF\xC0\0\x0B\x08\0\x08\0\x08\x01\x01\x11\0\xFF\xDA\0\x08\x01\x01\0\0\x3F\0\0\xFF\xD9";
+        let tables = [&picture[..2], &[0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 0x3F, 0, 0], &picture[2..]].concat();
+        for tables in [&picture[..], &[&picture[..15], &picture[15..26], &picture[15..]].concat(), &tables] {
+            let entries: &[(u16, &[u32])] = &[
+                (tag::WIDTH, &[8]),
+                (tag::HEIGHT, &[8]),
+                (tag::BITS, &[8]),
+                (tag::COMPRESSION, &[7]),
+                (tag::PHOTOMETRIC, &[1]),
+                (tag::STRIP_OFFSETS, &[8]),
+                (tag::STRIP_BYTES, &[picture.len() as u32]),
+                (tag::JPEG_TABLES, &longs(tables)),
+            ];
+            let mut file = file(entries, picture);
+            // The tables are bytes of no kind.
+            let entry = file.len() - 16;
+            file[entry + 2] = 7;
+            let length = 4 * longs(tables).len() as u32;
+            file[entry + 4..entry + 8].copy_from_slice(&length.to_le_bytes());
+            assert!(read(&file, 64).unwrap_err().to_string().contains("0 % of its pixels"));
+        }
+    }
 }

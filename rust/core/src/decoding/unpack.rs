@@ -258,7 +258,7 @@ impl Fax {
         let mut length = 0;
         loop {
             let part = if is_white { white::decode(&mut self.codes)? } else { black::decode(&mut self.codes)? };
-            length += u32::from(part);
+            length = u32::from(part).saturating_add(length);
             if part < 64 {
                 return Some(length);
             }
@@ -269,36 +269,50 @@ impl Fax {
     fn runs(&mut self) -> Option<Vec<u32>> {
         let (mut at, mut changes) = (0, Vec::new());
         while at < self.width {
-            at += self.run(changes.len().is_multiple_of(2))?;
-            changes.push(at.min(self.width));
+            at = self.run(changes.len().is_multiple_of(2))?.saturating_add(at).min(self.width);
+            changes.push(at);
+            self.check(&changes)?;
         }
         Some(changes)
+    }
+
+    /// Whether a row has no more changes than its pixels can have, twice as many for runs of none.
+    fn check(&self, changes: &[u32]) -> Option<()> {
+        (changes.len() <= 2 * (self.width as usize + 1)).then_some(())
     }
 
     /// The changes of a row that is coded by those of the one above.
     fn by_the_one_above(&mut self) -> Option<Vec<u32>> {
         let (mut at, mut started) = (0, false);
         let mut changes: Vec<u32> = Vec::new();
+        let mut passed = 0;
         while at < self.width {
-            // The next change above to the other colour.
-            let above = self.changes.iter().enumerate().skip(changes.len() % 2).step_by(2);
-            let next = above.map(|(i, change)| (i, *change)).find(|(_, change)| *change > at || !started && *change == at);
-            let (index, first) = next.unwrap_or((usize::MAX - 1, self.width));
+            // The next change above, and the next to the other colour. Both rows go forward only, so none is looked at again.
+            while self.changes.get(passed).is_some_and(|change| *change < at || started && *change == at) {
+                passed += 1;
+            }
+            let index = passed + (passed + changes.len()) % 2;
+            let first = self.changes.get(index).copied().unwrap_or(self.width);
             match mode::decode(&mut self.codes)? {
                 Mode::Pass => at = self.changes.get(index + 1).copied().unwrap_or(self.width),
                 Mode::Vertical(moved) => {
-                    at = first.checked_add_signed(i32::from(moved))?.min(self.width);
+                    let next = first.checked_add_signed(i32::from(moved))?.min(self.width);
+                    if next < at {
+                        return None;
+                    }
+                    at = next;
                     changes.push(at);
                 }
                 Mode::Horizontal => {
                     for _ in 0..2 {
-                        at = (at + self.run(changes.len().is_multiple_of(2))?).min(self.width);
+                        at = self.run(changes.len().is_multiple_of(2))?.saturating_add(at).min(self.width);
                         changes.push(at);
                     }
                 }
                 Mode::Extension | Mode::EOF => return None,
             }
             started = true;
+            self.check(&changes)?;
         }
         Some(changes)
     }
@@ -314,5 +328,45 @@ impl Read for Fax {
         target[..count].copy_from_slice(&rest[..count]);
         self.at += count;
         Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(rows: Rows, data: Vec<u8>, width: usize) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        unpacked(Compression::Fax(rows), data, false, width).read_to_end(&mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn a_run_of_a_fax_that_is_longer_than_numbers_are_ends_with_its_row() {
+        // White runs of 2560, two in three bytes, and one of none at last.
+        let mut data = [0x01, 0xF0, 0x1F].repeat(1 << 20);
+        data.extend([0b0011_0101; 4]);
+        assert!(rows(Rows::Bytes, data.clone(), 16).starts_with(&[0, 0]));
+        assert_eq!(rows(Rows::Two, [&[0b0010_0000][..], &data].concat(), 16).len() % 2, 0);
+    }
+
+    /// The changes of a row are looked for from where the last was found: from the first on, this takes minutes.
+    #[test]
+    fn a_fax_of_single_pixels_takes_no_longer_than_others() {
+        const WIDTH: usize = 65_528;
+        // Each pixel white, then black: after 001, 000111 and 010, in bits.
+        let mut bits: Vec<u8> = (0..WIDTH / 2).flat_map(|_| *b"001000111010").collect();
+        // Changes where the row above has them.
+        bits.extend(vec![b'1'; 64 * (WIDTH + 1)]);
+        let data = bits.chunks(8).map(|eight| eight.iter().fold(0, |byte, bit| byte << 1 | (bit - b'0'))).collect();
+        let bytes = rows(Rows::Two, data, WIDTH);
+        assert!(bytes.len() >= 64 * WIDTH / 8 && bytes.iter().all(|byte| *byte == 0b0101_0101));
+    }
+
+    #[test]
+    fn a_row_of_a_fax_goes_forward_only() {
+        // One white, one black; then three to the left of that, and over the last change again and again.
+        let first = 0b0010_0011_1010_0000_u16.to_be_bytes();
+        assert!(rows(Rows::Two, [&first[..], &[0b0100_0001; 1000]].concat(), 64).len() <= 8);
     }
 }

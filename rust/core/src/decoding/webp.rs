@@ -64,6 +64,9 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let unreadable = |_| WebP.damaged("its picture cannot be decoded");
     let mut decoder = decoded(WebP, || WebPDecoder::new(Cursor::new(&alone[..])).map_err(unreadable))?;
     let (width, height) = decoder.dimensions();
+    if !fits(&found[at], [width, height]) {
+        return Err(WebP.damaged("its picture has another size than the file says"));
+    }
     let alpha = decoder.has_alpha();
     let stored = Stored {
         width: width as usize,
@@ -95,8 +98,20 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     Ok(())
 }
 
-/// Decodes a strip or tile of TIFF. Returns its samples and how many a pixel has.
-pub(super) fn strip(bytes: &[u8]) -> Result<(Vec<u8>, usize)> {
+/// Whether the pictures that a chunk holds, itself or as a frame, are no larger than the file says. The decoder makes room for what a
+/// lossy picture says of itself before it compares the two; of the others it asks first.
+fn fits(chunk: &Chunk, [width, height]: [u32; 2]) -> bool {
+    let picture_fits = |chunk: &Chunk| {
+        let side = |at: usize| chunk.content.get(at..at + 2).map_or(0, |b| u32::from(b[0]) | u32::from(b[1] & 0x3F) << 8);
+        chunk.name != *b"VP8 " || side(6) <= width && side(8) <= height
+    };
+    let frame = if chunk.name == *b"ANMF" { chunk.content.get(16..).unwrap_or_default() } else { &[] };
+    picture_fits(chunk) && chunks(frame).iter().all(picture_fits)
+}
+
+/// Decodes a strip or tile of TIFF that is as wide as the first of `most`, and at most as high as the second. Returns its samples
+/// and how many a pixel has.
+pub(super) fn strip(bytes: &[u8], most: [usize; 2]) -> Result<(Vec<u8>, usize)> {
     let unreadable = |_| WebP.damaged("its picture cannot be decoded");
     let found = chunks(bytes.get(12..).unwrap_or_default());
     if found.iter().any(|chunk| !chunk.whole) {
@@ -104,6 +119,9 @@ pub(super) fn strip(bytes: &[u8]) -> Result<(Vec<u8>, usize)> {
     }
     let mut decoder = decoded(WebP, || WebPDecoder::new(Cursor::new(bytes)).map_err(unreadable))?;
     let (width, height) = decoder.dimensions();
+    if width as usize != most[0] || height as usize > most[1] || !found.iter().all(|chunk| fits(chunk, [width, height])) {
+        return Err(WebP.damaged("its size is wrong"));
+    }
     let channels = if decoder.has_alpha() { 4 } else { 3 };
     needs_memory(width as usize * height as usize * 8)?;
     let mut samples = room(width as usize * height as usize * channels)?;
@@ -134,4 +152,33 @@ fn alone(found: &[Chunk], at: usize) -> Vec<u8> {
     let length = (file.len() - 8) as u32;
     file[4..8].copy_from_slice(&length.to_le_bytes());
     file
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use crate::base::Control;
+    use crate::decoding::{Reading, decode};
+
+    fn told(chunks: &[(&[u8; 4], &[u8])]) -> String {
+        let mut file = b"RIFF\0\0\0\0WEBP".to_vec();
+        for (name, content) in chunks {
+            file.extend(*name);
+            file.extend((content.len() as u32).to_le_bytes());
+            file.extend(*content);
+        }
+        decode(&mut Cursor::new(file), &Reading { max_pixels: 100, ..Reading::default() }, &Control::new()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_picture_is_not_larger_than_the_file_says() {
+        // The canvas has a pixel, the picture 16383 x 16383; then the same in a frame of an animation.
+        let picture = b"\0\0\0\x9D\x01\x2A\xFF\x3F\xFF\x3F";
+        let still = told(&[(b"VP8X", &[0; 10]), (b"VP8 ", picture)]);
+        assert!(still.contains("another size than the file says"), "{still}");
+        let frame = [&[0; 16][..], b"VP8 \x0A\0\0\0", picture].concat();
+        let moving = told(&[(b"VP8X", &[2, 0, 0, 0, 0, 0, 0, 0, 0, 0]), (b"ANIM", &[0; 6]), (b"ANMF", &frame)]);
+        assert!(moving.contains("another size than the file says"), "{moving}");
+    }
 }
