@@ -43,7 +43,9 @@ def reading(options: gs.Options | None) -> _core.Reading:
 
 def same(made: gs.Drawing, expected: gs.Drawing) -> bool:
     """Whether two drawings agree in files, data and counts, but for seconds and what has decoded the file."""
-    counts = [{name: value for name, value in drawing.stats.items() if name not in {"seconds", "decoder"}} for drawing in (made, expected)]
+    counts = [
+        {name: value for name, value in drawing.stats.items() if name not in {"seconds", "decoder"}} for drawing in (made, expected)
+    ]
     return (
         made.svg() == expected.svg()
         and made.json() == expected.json()

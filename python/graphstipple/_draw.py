@@ -103,11 +103,11 @@ class Session:
     `Drawing.save` computes nothing anew.
 
     The image and the importance are read here, and once: a saliency or a callable is not evaluated again. Only a drawing with
-    another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a map
-    has more than a megapixel, one whose number of nodes asks for another reduction.
+    another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a
+    map has more than a megapixel, one whose number of nodes asks for another reduction.
 
-    A session keeps about 16 bytes a pixel of the photo as reduced, 1 a lattice node, 86 a node, and the last drawing; a drawing shares
-    its graph and its importance with the session. Threads may use one session: they draw one after the other.
+    A session keeps about 16 bytes a pixel of the photo as reduced, 1 a lattice node, 86 a node, and the last drawing; a drawing
+    shares its graph and its importance with the session. Threads may use one session: they draw one after the other.
 
     Parameters
     ----------

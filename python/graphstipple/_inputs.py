@@ -56,7 +56,7 @@ def read_luma(image: ImageLike, background: tuple[int, int, int], name: str = "i
     return photo.luma
 
 
-def reading_of(options: _core.Options, max_pixels: int, allow_damaged: bool) -> _core.Reading:
+def reading_of(options: _core.Options, max_pixels: object, allow_damaged: bool) -> _core.Reading:
     """Return how photos and maps are read that are drawn with options.
 
     Raises

@@ -1,7 +1,7 @@
 """Pillow: its images as samples, and the files that it reads and the core does not.
 
-The core asks (`rust/py/src/fallback.rs`) for files that it calls not supported, never for those that it calls damaged. The command that
-pip installs does so too; the native binary has nobody to ask.
+The core asks (`rust/py/src/fallback.rs`) for files that it calls not supported, never for those that it calls damaged. The
+command that pip installs does so too; the native binary has nobody to ask.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 import PIL
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, UnidentifiedImageError
 
 from graphstipple import _core
 from graphstipple._errors import ImageFileError, InvalidInputError
@@ -75,7 +75,7 @@ def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] |
                 reading.check(*image.size)
                 image.load()
                 return _core.photo(*samples_of(image), reading), f"Pillow {PIL.__version__}"
-    except Image.UnidentifiedImageError:
+    except UnidentifiedImageError:
         return None
     except Image.DecompressionBombError as error:
         raise ImageFileError("the image is too large for Pillow, which would have to read it") from error
@@ -84,7 +84,7 @@ def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] |
     except MemoryError as error:
         raise ImageFileError("there is not enough memory to read the image") from error
     except (OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, TypeError, struct.error) as error:
-        if OF_DAMAGE.search(str(error)) or name not in OF_THE_CORE:
+        if name and (OF_DAMAGE.search(str(error)) or name not in OF_THE_CORE):
             raise ImageFileError(f"the {name} file is damaged or cut short: Pillow cannot read its picture") from error
         return None
 
@@ -147,7 +147,7 @@ def _converted(image: Image.Image, target: str) -> Image.Image:
 
 
 def _said(image: Image.Image) -> Said:
-    """Return what an image's file said of its colours, by the rules that hold for files: a profile first, then PNG's chunks, then EXIF."""
+    """Return what an image's file said of its colours, by the rules for files: a profile, else PNG's chunks, else EXIF."""
     info = image.info
     profile = info.get("icc_profile")
     if isinstance(profile, bytes) and profile:

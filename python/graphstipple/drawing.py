@@ -335,8 +335,8 @@ class Drawing:
     def stats(self) -> dict[str, Any]:
         """What was counted (stipples, regions, nodes, vertices, anchors, coordinates, ...), and the seconds that every stage took.
 
-        `decoder` is what decoded the photo's file: "graphstipple", or Pillow and its version; None where there was no file. A drawing
-        that was loaded has the counts that it tells itself, and no seconds.
+        `decoder` is what decoded the photo's file: "graphstipple", or Pillow and its version; None where there was no file. A
+        drawing that was loaded has the counts that it tells itself, and no seconds.
         """
         stats = self._core.stats()
         if "seconds" in stats:

@@ -577,8 +577,8 @@ def pixel_types() -> list[Case]:
     for kind, bits in [("f2", 16), ("f4", 32), ("f8", 64)]:
         rows.append(case(f"float{bits}_grey", f"{bits}-bit float grey", floats, kind, True))
         rows.append(case(f"float{bits}_rgb", f"{bits}-bit float RGB", floats, kind, False))
-    rows.append(case("float32_grey_beyond", "32-bit float grey", floats, "f4", True, 1.6))
-    rows.append(case("float32_rgb_beyond", "32-bit float RGB", floats, "f4", False, 1.6))
+    rows.append(case("float32_grey_beyond", "floats beyond 0 to 1", floats, "f4", True, 1.6))
+    rows.append(case("float32_rgb_beyond", "floats beyond 0 to 1", floats, "f4", False, 1.6))
     rows.append(case("float64_big_tiles", "64-bit float RGB", floats, "f8", False, tile=TILE))
     rows.append(case("float32_nan", "floats that are no numbers", not_numbers))
     for bits in (8, 16, 32):
@@ -642,7 +642,7 @@ def meanings() -> list[Case]:
         rows.append(case(f"icc_premultiplied{bits}", words, profiled_rgb, bits, w.ASSOCIATED))
     for kind, bits in [("f2", 16), ("f4", 32), ("f8", 64)]:
         rows.append(case(f"icc_float{bits}", words, profiled_floats, kind, False))
-    rows.append(case("icc_float32_beyond", words, profiled_floats, "f4", False, 1.7))
+    rows.append(case("icc_float32_beyond", "floats beyond 0 to 1", profiled_floats, "f4", False, 1.7))
     rows.append(case("icc_float32_grey", words, profiled_floats, "f4", True))
     rows.append(case("icc_palette", words, profiled_palette))
     rows += [case(f"exif_adobe_{kind}", "EXIF mark of Adobe RGB", marked, kind) for kind in ("uncalibrated", "two")]

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use graphstipple_core::stages::{
-    Audience, Checked, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_PIXELS, MAX_SIDE, PUBLISHED, Preset, Reading, Rule,
-    SETTINGS, Setting, Source, Style, Value, Writer, named_length, preset,
+    Audience, Checked, DECLARATIONS, Declaration, Group, Inks, KINDS, Kind, Length, MAX_PIXELS, MAX_SIDE, PUBLISHED, Preset,
+    Reading, Rule, SETTINGS, Setting, Source, Style, Value, Writer, named_length, preset,
 };
 use graphstipple_core::{Export, Format, Options, presets};
 
@@ -210,12 +210,10 @@ fn published(with_all: bool) -> Arg {
 
 /// How photos and maps are read.
 fn of_reading(with_all: bool) -> [Arg; 2] {
-    let max_pixels = Arg::new("max_pixels")
-        .long("max-pixels")
-        .value_name("N")
-        .value_parser(parse_pixels)
-        .allow_negative_numbers(true)
-        .help(format!("Refuse images with more pixels, before memory is taken for them [1 to {MAX_PIXELS}; default {MAX_PIXELS}]"));
+    let max_pixels =
+        Arg::new("max_pixels").long("max-pixels").value_name("N").value_parser(parse_pixels).allow_negative_numbers(true).help(
+            format!("Refuse images with more pixels, before memory is taken for them [1 to {MAX_PIXELS}; default {MAX_PIXELS}]"),
+        );
     let allow_damaged = Arg::new("allow_damaged")
         .long("allow-damaged")
         .action(ArgAction::SetTrue)

@@ -12,9 +12,7 @@ pub use crate::options::{
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
 // From files to photos.
-pub use crate::decoding::{
-    Decoded, MAX_FILE_BYTES, MAX_PIXELS, PhotoBuilder, Reading, Source as ImageSource, Tags, decode,
-};
+pub use crate::decoding::{Decoded, MAX_FILE_BYTES, MAX_PIXELS, PhotoBuilder, Reading, Source as ImageSource, Tags, decode};
 // Where detail is wanted.
 pub use crate::importance::{KINDS, Kind, Source, fine_grained};
 // Graphs, and what is found on them.

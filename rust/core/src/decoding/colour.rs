@@ -194,9 +194,7 @@ impl Conversion {
                 Self::Grey16(of_grey(&*transform, &ramp)?)
             }
             (Depth::U8, _) => Self::Colours8(profile.create_transform_8bit(layout, &srgb, Layout::Rgb, options).ok()?, channels),
-            (Depth::U16, _) => {
-                Self::Colours16(profile.create_transform_16bit(layout, &srgb, Layout::Rgb, options).ok()?, channels)
-            }
+            (Depth::U16, _) => Self::Colours16(profile.create_transform_16bit(layout, &srgb, Layout::Rgb, options).ok()?, channels),
             (Depth::F32, _) => Self::Floats(profile.create_transform_f32(layout, &srgb, Layout::Rgb, options).ok()?, channels),
         })
     }

@@ -15,9 +15,6 @@ pub(super) struct Coverage {
     pub(super) damaged: bool,
 }
 
-/// Bits that the last codes of a scan may lack: encoders have forgotten to write their last byte.
-const LACK: u32 = 8;
-
 /// Bits of a code that are looked up at once.
 const LOOKED_UP: u32 = 10;
 
@@ -35,8 +32,7 @@ pub(super) struct Huffman {
 impl Huffman {
     /// A table of the numbers of codes of 1 to 16 bits, and their symbols.
     pub(super) fn new(counts: &[u8; 16], symbols: &[u8]) -> Self {
-        let mut table =
-            Self { short: vec![(0, 0); 1 << LOOKED_UP], ends: [0; 17], offsets: [0; 17], symbols: symbols.to_vec() };
+        let mut table = Self { short: vec![(0, 0); 1 << LOOKED_UP], ends: [0; 17], offsets: [0; 17], symbols: symbols.to_vec() };
         let (mut code, mut index) = (0u32, 0usize);
         for length in 1..=16u32 {
             let count = usize::from(counts[length as usize - 1]);
@@ -222,8 +218,7 @@ fn walk(frame: &Frame, scan: &Scan, blocks: &mut [Blocks], bytes: &[u8]) -> (usi
                     }
                 }
             }
-            // The last unit may lack a few bits.
-            if bits.overrun() > if done + 1 == total { LACK } else { 0 } {
+            if bits.overrun() > 0 {
                 if bits.restart() {
                     // The interval is short, but there is more: damage in the middle.
                     sound = false;

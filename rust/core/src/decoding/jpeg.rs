@@ -16,7 +16,8 @@ use super::colour::{Colours, Depth};
 use super::coverage::{Coverage, Huffman, coverage};
 use super::exif::Exif;
 use super::kinds::Container::Jpeg;
-use super::reading::{Job, Opened, PROFILE_BYTES, decoded, needs_memory};
+use super::kinds::PROFILE_BYTES;
+use super::reading::{Job, Opened, decoded, needs_memory};
 use crate::base::Result;
 use crate::photo::{MAX_SIDE, Samples};
 
@@ -246,12 +247,7 @@ impl Stream {
         if !matches!(components.len(), 1 | 3 | 4) {
             self.unsupported = self.unsupported.or(Some("other than 1, 3 or 4 components"));
         }
-        self.frame = Frame {
-            progressive: marker == 0xC2,
-            width: of(*w1, *w0),
-            height: of(*h1, *h0),
-            components,
-        };
+        self.frame = Frame { progressive: marker == 0xC2, width: of(*w1, *w0), height: of(*h1, *h0), components };
         let largest = self.frame.largest();
         if self.frame.components.iter().any(|c| (0..2).any(|axis| !largest[axis].is_multiple_of(c.sampling[axis]))) {
             self.unsupported = self.unsupported.or(Some("components of which one's sampling is no multiple of another's"));
@@ -450,7 +446,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Stream, Opened)> {
     };
     let colours = match stream.profile(bytes) {
         Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(Jpeg.unsupported(&format!("a colour profile of {} bytes", profile.len())));
+            return Err(Jpeg.large_profile(profile.len()));
         }
         Some(profile) => Colours::of_icc(&profile),
         None if exif.adobe_rgb && model == Model::Rgb => Colours::adobe_rgb(),
@@ -559,8 +555,7 @@ fn pixels(
 
 fn by_zune(stream: &[u8], channels: usize) -> Result<Vec<u8>> {
     let colours = if channels == 1 { ColorSpace::Luma } else { ColorSpace::RGB };
-    let options =
-        DecoderOptions::default().set_max_width(MAX_SIDE).set_max_height(MAX_SIDE).jpeg_set_out_colorspace(colours);
+    let options = DecoderOptions::default().set_max_width(MAX_SIDE).set_max_height(MAX_SIDE).jpeg_set_out_colorspace(colours);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(stream), options);
     decoded(Jpeg, || decoder.decode().map_err(|_| Jpeg.damaged("its picture cannot be decoded")))
 }

@@ -2,6 +2,9 @@
 
 use crate::base::Error;
 
+/// The most bytes of an embedded colour profile; real ones have a few thousand, those of presses a few million.
+pub(super) const PROFILE_BYTES: usize = 16 << 20;
+
 /// Bytes of a file that are looked at to tell its kind.
 pub(super) const HEAD: usize = 1024;
 
@@ -32,6 +35,14 @@ impl Container {
     /// An error for a file that ends too soon.
     pub(super) fn cut_short(self, detail: &str) -> Error {
         Error::Decode(format!("the {} file is cut short: {detail}", self.name()))
+    }
+
+    /// An error for a file whose profile is no profile's size.
+    pub(super) fn large_profile(self, bytes: usize) -> Error {
+        let name = self.name();
+        Error::Decode(format!(
+            "the {name} file has a colour profile of {bytes} bytes or more, but at most {PROFILE_BYTES} are read"
+        ))
     }
 
     /// An error for a file that may be sound, but of which nobody knows what its samples stand for.
@@ -162,7 +173,7 @@ fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
     }
     match head {
         // A bitmap's header has a size of its own, and no two words begin like this.
-        [b'B', b'M', .., ] if matches!(head.get(14..18), Some([12 | 16 | 40 | 52 | 56 | 64 | 108 | 124, 0, 0, 0])) => {
+        [b'B', b'M', ..] if matches!(head.get(14..18), Some([12 | 16 | 40 | 52 | 56 | 64 | 108 | 124, 0, 0, 0])) => {
             return Some(("BMP", PILLOW));
         }
         [b'P', b'1'..=b'7', b' ' | b'\n' | b'\r' | b'\t' | b'#', ..] | [b'P', b'F' | b'f', b'\n' | b'\r', ..] => {

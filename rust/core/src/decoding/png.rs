@@ -9,7 +9,8 @@ use super::canvas::{Model, Stored};
 use super::colour::{Colours, Depth};
 use super::exif::Exif;
 use super::kinds::Container::Png;
-use super::reading::{Job, Opened, PROFILE_BYTES, Source, decoded, needs_memory, room};
+use super::kinds::PROFILE_BYTES;
+use super::reading::{Job, Opened, Source, decoded, needs_memory, room};
 use crate::base::{Error, Result};
 use crate::photo::Samples;
 
@@ -89,13 +90,7 @@ fn read_rows(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, d
 }
 
 /// Reads the seven passes. Returns whether all of them are there.
-fn read_interlaced(
-    reader: &mut Reader<&mut dyn Source>,
-    stored: Stored,
-    row: usize,
-    depth: Depth,
-    job: &mut Job,
-) -> Result<bool> {
+fn read_interlaced(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, depth: Depth, job: &mut Job) -> Result<bool> {
     needs_memory(row * stored.height)?;
     let mut samples = room(row * stored.height)?;
     let bytes = if depth == Depth::U16 { 2 } else { 1 };
@@ -219,7 +214,7 @@ fn profile_of(content: &[u8]) -> Result<Vec<u8>> {
     let unpacked = flate2::read::ZlibDecoder::new(packed.unwrap_or_default());
     let whole = unpacked.take(PROFILE_BYTES as u64 + 1).read_to_end(&mut profile).is_ok();
     if profile.len() > PROFILE_BYTES {
-        return Err(Png.unsupported(&format!("a colour profile of more than {PROFILE_BYTES} bytes")));
+        return Err(Png.large_profile(profile.len()));
     }
     Ok(if whole { profile } else { Vec::new() })
 }

@@ -20,9 +20,6 @@ pub const MAX_PIXELS: u64 = 250_000_000;
 /// The most bytes of a file that has to be in memory whole: JPEG, WebP, and what comes from a pipe.
 pub const MAX_FILE_BYTES: u64 = 2 << 30;
 
-/// The most bytes of an embedded colour profile; real ones have a few thousand, those of presses a few million.
-pub(super) const PROFILE_BYTES: usize = 16 << 20;
-
 /// What is said to have decoded what is decoded here.
 const DECODER: &str = "graphstipple";
 
@@ -149,9 +146,7 @@ impl<'a> Job<'a> {
                 self.warn(&format!("{sentence}; the rest is background"));
                 Ok(())
             }
-            Error::Decode(sentence) if part > 0 => {
-                Err(Error::Decode(format!("{sentence}; allow_damaged draws what is there")))
-            }
+            Error::Decode(sentence) if part > 0 => Err(Error::Decode(format!("{sentence}; allow_damaged draws what is there"))),
             error => Err(error),
         }
     }
@@ -241,4 +236,306 @@ pub(super) fn decoded<T>(container: Container, run: impl FnOnce() -> Result<T>) 
 /// Bytes for a picture, if there is room.
 pub(super) fn room(bytes: usize) -> Result<Vec<u8>> {
     zeros(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use image::{
+        DynamicImage, GrayImage, ImageBuffer, ImageEncoder, ImageFormat, Luma, LumaA, Rgb, Rgb32FImage, RgbImage, RgbaImage,
+    };
+    use moxcms::ColorProfile;
+
+    use super::*;
+    use crate::photo::{Field, luma_to_u8};
+
+    const WHITE: [u8; 3] = [255; 3];
+    const FORMATS: [ImageFormat; 4] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::WebP];
+
+    fn encode(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        image.into().write_to(&mut bytes, format).unwrap();
+        bytes.into_inner()
+    }
+
+    /// The luma of a file, and what is said of it.
+    fn read(bytes: &[u8], reading: &Reading) -> Result<(Field, Option<String>)> {
+        let Decoded { photo, warning, .. } = super::decode(&mut Cursor::new(bytes), reading, &Control::new())?;
+        Ok((photo.into_luma(), warning))
+    }
+
+    fn decode(bytes: &[u8], background: [u8; 3]) -> Result<Field> {
+        read(bytes, &Reading { background, ..Reading::default() }).map(|(luma, _)| luma)
+    }
+
+    /// A smooth colour picture, so that JPEG stays near it.
+    fn photo(width: u32, height: u32) -> RgbImage {
+        RgbImage::from_fn(width, height, |x, y| Rgb([(x * 255 / width) as u8, (y * 255 / height) as u8, 90]))
+    }
+
+    fn message(bytes: &[u8]) -> String {
+        match decode(bytes, WHITE).unwrap_err() {
+            Error::Decode(message) | Error::Unsupported(message) => message,
+            other => panic!("not a decode error: {other}"),
+        }
+    }
+
+    #[test]
+    fn each_format_is_told_from_its_content() {
+        let photo = photo(60, 40);
+        let exact = decode(&encode(photo.clone(), ImageFormat::Png), WHITE).unwrap();
+        assert_eq!((exact.width(), exact.height()), (60, 40));
+        for (x, y, pixel) in photo.enumerate_pixels() {
+            let [r, g, b] = pixel.0.map(f64::from);
+            let expected = (299.0 * r + 587.0 * g + 114.0 * b) / 255_000.0;
+            assert!((f64::from(exact.at(x as usize, y as usize)) - expected).abs() < 1e-7);
+        }
+        for format in [ImageFormat::Tiff, ImageFormat::WebP] {
+            assert_eq!(decode(&encode(photo.clone(), format), WHITE).unwrap(), exact, "{format:?}");
+        }
+        let lossy = decode(&encode(photo, ImageFormat::Jpeg), WHITE).unwrap();
+        for (a, b) in lossy.values().iter().zip(exact.values()) {
+            assert!((a - b).abs() < 0.05);
+        }
+    }
+
+    #[test]
+    fn grey_comes_back_exactly_in_8_and_16_bits() {
+        let grey: Vec<u8> = (0..=255).collect();
+        let field = decode(&encode(GrayImage::from_raw(16, 16, grey.clone()).unwrap(), ImageFormat::Png), WHITE).unwrap();
+        assert_eq!(luma_to_u8(&field), grey);
+
+        let deep = ImageBuffer::<Luma<u16>, _>::from_fn(256, 2, |x, y| Luma([(x * 257 + y * 3) as u16]));
+        for format in [ImageFormat::Png, ImageFormat::Tiff] {
+            let field = decode(&encode(deep.clone(), format), WHITE).unwrap();
+            for (x, y, pixel) in deep.enumerate_pixels() {
+                assert_eq!(field.at(x as usize, y as usize), f32::from(pixel.0[0]) / 65_535.0);
+            }
+        }
+    }
+
+    #[test]
+    fn transparency_shows_the_background() {
+        let image = RgbaImage::from_raw(2, 1, vec![10, 20, 30, 0, 0, 0, 0, 255]).unwrap();
+        for format in [ImageFormat::Png, ImageFormat::WebP, ImageFormat::Tiff] {
+            let bytes = encode(image.clone(), format);
+            assert_eq!(decode(&bytes, WHITE).unwrap().values(), [1.0, 0.0], "{format:?}");
+            assert_eq!(decode(&bytes, [255, 0, 0]).unwrap().values(), [0.299, 0.0], "{format:?}");
+        }
+        let grey = ImageBuffer::<LumaA<u16>, _>::from_raw(1, 1, vec![0u16, 0]).unwrap();
+        assert_eq!(decode(&encode(grey, ImageFormat::Png), WHITE).unwrap().values(), [1.0]);
+    }
+
+    #[test]
+    fn float_samples_are_in_0_to_1_as_those_of_arrays() {
+        let tiff = |v: f32| encode(Rgb32FImage::from_raw(2, 1, vec![0.5, 0.5, 0.5, v, v, v]).unwrap(), ImageFormat::Tiff);
+        assert_eq!(decode(&tiff(0.25), WHITE).unwrap().values(), [0.5, 0.25]);
+        for (wrong, told) in [(7.5, "7.5"), (-1.0, "-1"), (f32::NAN, "NaN")] {
+            let error = decode(&tiff(wrong), WHITE).unwrap_err().to_string();
+            assert_eq!(error, format!("the value at column 1, row 0 is {told}, but it must be between 0 and 1"));
+        }
+    }
+
+    /// A JPEG with an EXIF segment that holds nothing but the orientation.
+    fn oriented(jpeg: &[u8], orientation: u8) -> Vec<u8> {
+        let mut exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+        exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+        let mut bytes = jpeg[..2].to_vec();
+        bytes.extend([0xFF, 0xE1, 0, exif.len() as u8 + 2]);
+        bytes.extend(exif);
+        bytes.extend(&jpeg[2..]);
+        bytes
+    }
+
+    #[test]
+    fn the_exif_orientation_is_applied() {
+        // Dark but for a bright top left quarter.
+        let quarter = GrayImage::from_fn(32, 16, |x, y| Luma([if x < 16 && y < 8 { 255 } else { 0 }]));
+        let jpeg = encode(quarter, ImageFormat::Jpeg);
+        let plain = decode(&jpeg, WHITE).unwrap();
+        assert_eq!(decode(&oriented(&jpeg, 1), WHITE).unwrap(), plain);
+        // Where the bright quarter goes: (right, bottom), and whether the sides are swapped.
+        let places = [
+            (2, true, false, false),
+            (3, true, true, false),
+            (4, false, true, false),
+            (5, false, false, true),
+            (6, true, false, true),
+            (7, true, true, true),
+            (8, false, true, true),
+        ];
+        for (orientation, right, bottom, swapped) in places {
+            let field = decode(&oriented(&jpeg, orientation), WHITE).unwrap();
+            let (width, height) = (field.width(), field.height());
+            assert_eq!((width, height), if swapped { (16, 32) } else { (32, 16) }, "{orientation}");
+            for (column, at_right) in [(1, false), (width - 2, true)] {
+                for (row, at_bottom) in [(1, false), (height - 2, true)] {
+                    let bright = (at_right, at_bottom) == (right, bottom);
+                    assert_eq!(field.at(column, row) > 0.5, bright, "{orientation} {column} {row}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_image_is_refused_in_one_sentence() {
+        let known = "PNG, JPEG, TIFF or WebP";
+        assert_eq!(message(b""), "the file is empty");
+        assert_eq!(
+            message(b"hello world, this is text"),
+            format!("the file is text, not an image in a format that is read: {known}")
+        );
+        assert_eq!(message(&[7; 40]), format!("the file is not an image in a format that is read: {known}"));
+        assert_eq!(message(b"<svg/>"), "the file is SVG, which is not read here: render it as PNG");
+        assert_eq!(message(b"%PDF-1.7"), "the file is PDF, which is not read here: render it as PNG");
+        let asked = |bytes: &[u8]| matches!(decode(bytes, WHITE), Err(Error::Unsupported(_)));
+        assert!(asked(b"GIF89a\x01\0\x01\0\0\0\0;") && asked(b"P5 1 1 255 x"));
+        assert!(!asked(b"8BPS") && !asked(b"II*\0\x10\0\0\0CR\x02\0"));
+    }
+
+    #[test]
+    fn files_cut_anywhere_are_errors_or_told_of() {
+        for format in FORMATS {
+            let bytes = encode(photo(64, 48), format);
+            let half = message(&bytes[..bytes.len() / 2]);
+            assert!(half.contains("cut short") && !half.contains('\n'), "{format:?}: {half}");
+            let whole = decode(&bytes, WHITE).unwrap();
+            for end in 1..bytes.len() {
+                if let Ok((luma, warning)) = read(&bytes[..end], &Reading::default()) {
+                    // All pixels are there, and only they.
+                    // The last byte of WebP fills up.
+                    let told = warning.is_some() || format == ImageFormat::WebP && end + 1 == bytes.len();
+                    assert!(told && luma == whole, "{format:?} cut at {end} of {}", bytes.len());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_there_of_a_damaged_file_is_drawn_if_that_is_wanted() {
+        let allowed = Reading { allow_damaged: true, background: [0; 3], ..Reading::default() };
+        for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+            let bytes = encode(photo(64, 480), format);
+            let whole = decode(&bytes, WHITE).unwrap();
+            let (luma, warning) = read(&bytes[..bytes.len() * 2 / 3], &allowed).unwrap();
+            assert!(warning.is_some_and(|warning| warning.contains("cut short") && warning.ends_with("the rest is background")));
+            let rows = (0..480).take_while(|y| (0..64).all(|x| luma.at(x, *y) == whole.at(x, *y))).count();
+            assert!((100..480).contains(&rows), "{format:?}: {rows} rows");
+            assert!(luma.values()[(rows + 16) * 64..].iter().all(|v| *v == 0.0), "{format:?}");
+        }
+    }
+
+    #[test]
+    fn a_jpeg_ends_at_its_own_end_not_at_its_thumbnails() {
+        let jpeg = encode(photo(64, 48), ImageFormat::Jpeg);
+        let mut with_thumbnail = vec![0xFF, 0xD8, 0xFF, 0xE2, 0, 6, 0xFF, 0xD8, 0xFF, 0xD9];
+        with_thumbnail.extend(&jpeg[2..]);
+        assert_eq!(decode(&with_thumbnail, WHITE).unwrap(), decode(&jpeg, WHITE).unwrap());
+        with_thumbnail.truncate(with_thumbnail.len() * 2 / 3);
+        assert!(message(&with_thumbnail).starts_with("the JPEG file is cut short: "));
+        let mut trailer = jpeg.clone();
+        trailer.extend(b"SEFT and other trailers of phones");
+        assert_eq!(read(&trailer, &Reading::default()).unwrap().1, None);
+        // Closed again where it was cut.
+        let mut closed = jpeg[..jpeg.len() * 3 / 4].to_vec();
+        closed.extend([0xFF, 0xD9]);
+        assert!(message(&closed).starts_with("the JPEG file is cut short: "));
+    }
+
+    #[test]
+    fn damaged_files_never_panic() {
+        let mut state = 12_345u32;
+        let mut random = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as usize
+        };
+        for format in FORMATS {
+            let bytes = encode(photo(24, 18), format);
+            for _ in 0..400 {
+                let mut damaged = bytes.clone();
+                for _ in 0..1 + random() % 4 {
+                    let at = random() % damaged.len().min(if random() % 2 == 0 { 64 } else { usize::MAX });
+                    damaged[at] = random() as u8;
+                }
+                if let Ok(field) = decode(&damaged, WHITE) {
+                    assert!(field.width() > 0 && field.height() > 0);
+                }
+            }
+        }
+    }
+
+    /// A PNG whose header claims a size; its checksum is right, its data are not for that size.
+    fn png_of_size(width: u32, height: u32) -> Vec<u8> {
+        let mut bytes = encode(GrayImage::new(1, 1), ImageFormat::Png);
+        bytes[16..20].copy_from_slice(&width.to_be_bytes());
+        bytes[20..24].copy_from_slice(&height.to_be_bytes());
+        let mut crc = u32::MAX;
+        for byte in &bytes[12..29] {
+            crc ^= u32::from(*byte);
+            for _ in 0..8 {
+                crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
+            }
+        }
+        bytes[29..33].copy_from_slice(&(!crc).to_be_bytes());
+        bytes
+    }
+
+    #[test]
+    fn too_large_and_zero_sized_images_are_refused_before_they_take_memory() {
+        assert_eq!(
+            message(&png_of_size(60_000, 60_000)),
+            "the image is too large: 60000 x 60000 pixels, but at most 250000000 pixels are read"
+        );
+        assert_eq!(message(&png_of_size(70_000, 1)), "the image is too large: 70000 x 1 pixels, but a side may have at most 65535");
+        let few = Reading { max_pixels: 99, ..Reading::default() };
+        let told = read(&png_of_size(10, 10), &few).unwrap_err().to_string();
+        assert_eq!(told, "the image is too large: 10 x 10 pixels, but at most 99 pixels are read");
+        let empty = message(&png_of_size(0, 1));
+        assert!(empty.starts_with("the PNG file is damaged"), "{empty}");
+    }
+
+    fn png_with_profile(image: &DynamicImage, profile: Vec<u8>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+        encoder.set_icc_profile(profile).unwrap();
+        let data: Vec<u8> = match image {
+            // The encoder takes 16-bit samples in the machine's byte order.
+            DynamicImage::ImageRgb16(i) => i.iter().flat_map(|v| v.to_ne_bytes()).collect(),
+            other => other.as_bytes().to_vec(),
+        };
+        encoder.write_image(&data, image.width(), image.height(), image.color().into()).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn an_embedded_profile_is_converted_to_srgb() {
+        // Adobe RGB's (219, 0, 0) is sRGB's pure red, up to rounding: 0.299 in luma, where the raw values give 0.257.
+        let red = DynamicImage::ImageRgb8(RgbImage::from_pixel(3, 2, Rgb([219, 0, 0])));
+        let adobe = ColorProfile::new_adobe_rgb().encode().unwrap();
+        let field = decode(&png_with_profile(&red, adobe.clone()), WHITE).unwrap();
+        assert!((field.at(2, 1) - 0.299).abs() < 0.006, "{}", field.at(2, 1));
+
+        let deep = DynamicImage::ImageRgb16(ImageBuffer::from_pixel(3, 2, Rgb([219 * 257, 0, 0])));
+        let field = decode(&png_with_profile(&deep, adobe.clone()), WHITE).unwrap();
+        assert!((field.at(2, 1) - 0.299).abs() < 0.006, "{}", field.at(2, 1));
+
+        // Linear grey: 0.2140 of the light is 0.5 encoded.
+        let linear = ColorProfile::new_gray_with_gamma(1.0).encode().unwrap();
+        let grey = DynamicImage::ImageLuma8(GrayImage::from_pixel(1, 1, Luma([55])));
+        assert!((decode(&png_with_profile(&grey, linear), WHITE).unwrap().at(0, 0) - 0.5).abs() < 0.01);
+    }
+
+    #[test]
+    fn srgb_broken_and_foreign_profiles_change_nothing() {
+        let image = DynamicImage::ImageRgb8(photo(20, 10));
+        let plain = decode(&encode(image.clone(), ImageFormat::Png), WHITE).unwrap();
+        let srgb = ColorProfile::new_srgb().encode().unwrap();
+        let mut broken = ColorProfile::new_adobe_rgb().encode().unwrap();
+        broken.truncate(150);
+        let grey = ColorProfile::new_gray_with_gamma(1.0).encode().unwrap();
+        for profile in [srgb, broken, b"not a profile".to_vec(), grey] {
+            assert_eq!(decode(&png_with_profile(&image, profile), WHITE).unwrap(), plain);
+        }
+    }
 }

@@ -11,7 +11,8 @@ use super::directory::{Directory, Tagged};
 use super::exif::Exif;
 use super::jpeg::{Coding, strip};
 use super::kinds::Container::Tiff;
-use super::reading::{Job, Opened, PROFILE_BYTES, Source, decoded, needs_memory};
+use super::kinds::PROFILE_BYTES;
+use super::reading::{Job, Opened, Source, decoded, needs_memory};
 use super::unpack::{Compression, unpacked};
 use super::webp;
 use crate::base::{Error, Result};
@@ -299,7 +300,7 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
     if ycc.subsampling != [1, 1] && (planar || samples != 3) {
         return Err(Tiff.unsupported("subsampled chroma in planes of its own"));
     }
-    let image = Image {
+    let mut image = Image {
         width,
         height,
         meaning,
@@ -319,6 +320,9 @@ fn image_of(file: &mut File, directory: &Directory) -> Result<(Image, Option<boo
         tables: file.bytes(directory, tag::JPEG_TABLES),
         ycc,
     };
+    if !tiled {
+        image.split();
+    }
     if meaning == Meaning::Palette && image.palette.len() < 3 << bits {
         return Err(Tiff.damaged("its palette is not whole"));
     }
@@ -376,7 +380,7 @@ fn opened(file: &mut File, directory: &Directory, image: &Image, alpha: Option<b
     let profile = file.bytes(directory, tag::PROFILE).filter(|_| !matches!(image.meaning, Meaning::Lab { .. }));
     let colours = match profile {
         Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(Tiff.unsupported(&format!("a colour profile of {} bytes", profile.len())));
+            return Err(Tiff.large_profile(profile.len()));
         }
         Some(profile) => Colours::of_icc(&profile),
         None if exif.adobe_rgb && image.meaning == Meaning::Rgb => Colours::adobe_rgb(),
@@ -407,6 +411,34 @@ impl Image {
     /// Samples of a pixel that a chunk has.
     fn samples_of_chunk(&self) -> usize {
         if self.planar { 1 } else { self.samples }
+    }
+
+    /// Makes several strips of each that is not compressed: those of one strip need not be in memory whole then.
+    fn split(&mut self) {
+        let rows = (AT_ONCE / self.bytes_of_rows(1).max(1)).max(1).next_multiple_of(4);
+        let high = self.chunk[1];
+        if self.compression != Compression::None || high <= rows {
+            return;
+        }
+        let strips = self.height.div_ceil(high);
+        let planes = if self.planar { self.samples } else { 1 };
+        if !high.is_multiple_of(rows) && strips > 1 {
+            return;
+        }
+        let (mut offsets, mut lengths) = (Vec::new(), Vec::new());
+        for strip in 0..strips * planes {
+            let Some(&offset) = self.offsets.get(strip) else { break };
+            let length = self.lengths.get(strip).copied().filter(|length| *length > 0).unwrap_or(u64::MAX);
+            let height = high.min(self.height - strip % strips * high);
+            for row in (0..height).step_by(rows) {
+                let before = self.bytes_of_rows(row) as u64;
+                let here = length.saturating_sub(before);
+                // What a strip does not have is nowhere.
+                offsets.push(if here > 0 { offset.saturating_add(before) } else { u64::MAX });
+                lengths.push(here.clamp(1, self.bytes_of_rows(rows.min(height - row)) as u64));
+            }
+        }
+        (self.offsets, self.lengths, self.chunk[1]) = (offsets, lengths, rows);
     }
 
     /// Bytes of so many rows of a chunk.
@@ -510,12 +542,7 @@ fn stream_of(file: &mut File, image: &Image, index: usize, missing: &mut Missing
 }
 
 /// The next rows of a chunk, `width` pixels of each, as samples for the canvas; and how many rows are there.
-fn rows_of(
-    image: &Image,
-    streams: &mut [Option<Box<dyn Read>>],
-    rows: usize,
-    width: usize,
-) -> Result<Option<(Owned, usize)>> {
+fn rows_of(image: &Image, streams: &mut [Option<Box<dyn Read>>], rows: usize, width: usize) -> Result<Option<(Owned, usize)>> {
     let mut planes = Vec::with_capacity(streams.len());
     let mut read = rows;
     for stream in streams.iter_mut() {

@@ -151,8 +151,7 @@ impl LzwBytes {
     fn new(data: Vec<u8>) -> Self {
         // The first code clears the table: 256 in nine bits, from the low end in the old way.
         let is_old = matches!(data[..], [0, second, ..] if second & 1 == 1);
-        let decoder =
-            if is_old { Lzw::new(BitOrder::Lsb, 8) } else { Lzw::with_tiff_size_switch(BitOrder::Msb, 8) };
+        let decoder = if is_old { Lzw::new(BitOrder::Lsb, 8) } else { Lzw::with_tiff_size_switch(BitOrder::Msb, 8) };
         Self { data, at: 0, decoder }
     }
 }
@@ -270,7 +269,7 @@ impl Fax {
     fn runs(&mut self) -> Option<Vec<u32>> {
         let (mut at, mut changes) = (0, Vec::new());
         while at < self.width {
-            at = self.run(changes.len() % 2 == 0)?.saturating_add(at).min(self.width);
+            at = self.run(changes.len().is_multiple_of(2))?.saturating_add(at).min(self.width);
             changes.push(at);
             self.check(&changes)?;
         }
@@ -306,7 +305,7 @@ impl Fax {
                 }
                 Mode::Horizontal => {
                     for _ in 0..2 {
-                        at = self.run(changes.len() % 2 == 0)?.saturating_add(at).min(self.width);
+                        at = self.run(changes.len().is_multiple_of(2))?.saturating_add(at).min(self.width);
                         changes.push(at);
                     }
                 }

@@ -9,7 +9,8 @@ use super::canvas::{Model, Stored};
 use super::colour::{Colours, Depth};
 use super::exif::Exif;
 use super::kinds::Container::WebP;
-use super::reading::{Job, Opened, PROFILE_BYTES, Source, all_bytes, decoded, needs_memory, room};
+use super::kinds::PROFILE_BYTES;
+use super::reading::{Job, Opened, Source, all_bytes, decoded, needs_memory, room};
 use crate::base::Result;
 use crate::photo::Samples;
 
@@ -51,7 +52,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let exif = of(b"EXIF").map(Exif::of).unwrap_or_default();
     let colours = match of(b"ICCP") {
         Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(WebP.unsupported(&format!("a colour profile of {} bytes", profile.len())));
+            return Err(WebP.large_profile(profile.len()));
         }
         Some(profile) => Colours::of_icc(profile),
         None if exif.adobe_rgb => Colours::adobe_rgb(),

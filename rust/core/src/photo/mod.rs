@@ -11,5 +11,5 @@ pub(crate) use emphasis::{FINE, emphasize_and_off, off_blurred};
 pub(crate) use field::check_size;
 pub use field::{Field, MAX_SIDE};
 pub use photo::Photo;
-pub(crate) use tone::{adjusted, weigh_into};
 pub use tone::{Pixels, Samples, adjust, luma, luma_to_u8};
+pub(crate) use tone::{adjusted, weigh_into};

@@ -39,9 +39,8 @@ impl Photo {
         }
         let (width, height) = (luma.width(), luma.height());
         let [columns, rows] = [width, height].map(|side| boxes(side, factor));
-        let range = |index: usize, count: usize, side: usize| {
-            index * factor..if index + 1 == count { side } else { (index + 1) * factor }
-        };
+        let range =
+            |index: usize, count: usize, side: usize| index * factor..if index + 1 == count { side } else { (index + 1) * factor };
         let mean = |i: usize| {
             let (x, y) = (range(i % columns, columns, width), range(i / columns, rows, height));
             let pixels = (x.len() * y.len()) as f64;
