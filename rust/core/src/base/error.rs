@@ -37,6 +37,12 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 impl Error {
     /// An option with this value, which is not allowed.
     pub(crate) fn option(option: impl Into<String>, value: impl ToString, allowed: impl Into<String>) -> Self {
-        Self::Option { option: option.into(), value: value.to_string(), allowed: allowed.into() }
+        Self::Option { option: in_one_line(&option.into()), value: in_one_line(&value.to_string()), allowed: allowed.into() }
     }
+}
+
+/// What somebody gave, as a sentence may quote it: without line breaks and what else controls a terminal.
+pub(crate) fn in_one_line(given: &str) -> String {
+    let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    given.chars().map(shown).collect()
 }

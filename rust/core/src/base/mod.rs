@@ -14,6 +14,7 @@ pub use checked::Checked;
 pub use colour::Color;
 pub use control::Control;
 pub(crate) use control::Step;
+pub(crate) use error::in_one_line;
 pub use error::{Error, Result};
 pub use ink::Ink;
 pub(crate) use noise::{mixed, noise};

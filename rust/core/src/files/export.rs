@@ -3,7 +3,7 @@
 //! Every setting is declared once, in [`SETTINGS`]: the command line has a flag of each, and so has Python's `save` an argument.
 //! Which of them a format takes is for the table of formats to say.
 
-use crate::base::{Checked, Error, Result};
+use crate::base::{Checked, Error, Result, in_one_line};
 use crate::files::{Layout, Length, Page, Style};
 use crate::options::{Inks, Typed, Value};
 
@@ -143,7 +143,7 @@ impl Export {
     /// [`Error::Option`] if the value is of another type than the setting, [`Error::Input`] if there is no such setting.
     pub fn set(&mut self, name: &str, value: &Value) -> Result<()> {
         let setting = SETTINGS.iter().find(|setting| setting.name == name);
-        let setting = setting.ok_or_else(|| Error::Input(format!("there is no setting {name} of how a drawing is written")))?;
+        let setting = setting.ok_or_else(|| Error::Input(format!("there is no setting {} of how a drawing is written", in_one_line(name))))?;
         (setting.set)(self, value).ok_or_else(|| Error::option(name, value, setting.allowed))
     }
 

@@ -12,7 +12,7 @@ mod presets;
 mod schema;
 mod value;
 
-use crate::base::{Checked, Error, Result};
+use crate::base::{Checked, Error, Result, in_one_line};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXELS, PIXELS_PER_NODE};
 pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order, Point};
@@ -129,7 +129,7 @@ impl Declaration {
     /// [`Error::Input`] if there is none of this name.
     pub fn named(name: &str) -> Result<&'static Self> {
         let found = DECLARATIONS.iter().find(|declaration| declaration.full_name() == name);
-        found.ok_or_else(|| Error::Input(format!("there is no option {name}")))
+        found.ok_or_else(|| Error::Input(format!("there is no option {}", in_one_line(name))))
     }
 
     /// A value as a command line has it, in words: what stands for nothing that the option takes remains a word.
@@ -208,6 +208,15 @@ mod tests {
             "published.order is \"random\", but it must be \"rows\" or \"global\""
         );
         assert_eq!(of_type("densty", Value::Whole(1)), "there is no option densty");
+    }
+
+    #[test]
+    fn what_is_quoted_stays_in_one_line() {
+        let told = |name: &str, word: &str| Options::default().set(name, &Value::Word(word.into())).unwrap_err().to_string();
+        assert_eq!(told("gamma", "2\n\u{1b}[0m"), "gamma is \"2\\n\\u{1b}[0m\", but it must be a number between 0.1 and 10");
+        assert_eq!(told("gam\nma", "2"), "there is no option gam\\nma");
+        let json = serde_json::json!({"gamma": ["a\nb", {"c\n": "\u{7f}\u{85}"}]});
+        assert!(!Options::from_json(json.as_object().unwrap()).unwrap_err().to_string().contains(char::is_control));
     }
 
     #[test]
