@@ -103,11 +103,12 @@ def command(path: Path, runs: int) -> Figure:
         seconds.append(done.seconds)
 
     seconds: list[float] = []
-    photo = _core.read_photo(str(path), (255, 255, 255), OPTIONS._checked)
+    reading = _core.Reading((255, 255, 255), OPTIONS._checked, _core.MAX_PIXELS, False)
+    photo, _, _ = _core.read_photo(str(path), reading)
     decoding, drawing, _ = medians(
         runs,
-        lambda: _core.read_photo(str(path), (255, 255, 255), OPTIONS._checked),
-        lambda: _core.draw(photo, "saliency", OPTIONS._checked),
+        lambda: _core.read_photo(str(path), reading),
+        lambda: _core.draw(photo, "saliency", reading, OPTIONS._checked),
         whole,
     )
     ours = statistics.median(seconds)

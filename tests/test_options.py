@@ -308,6 +308,8 @@ BY_NAME = {
     ("detail", "rust/cli/src/arguments.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
     ("density", "python/graphstipple/_core.pyi"): "an argument of a stage",
+    ("gamma", "python/graphstipple/_pillow.py"): "what a PNG says of its samples",
+    ("gamma", "rust/py/src/photo.rs"): "what a PNG says of its samples",
     ("stippling", "rust/py/src/stages.rs"): "the only option that a stage asks for",
     **{
         (stage, file): "a stage of this name"

@@ -10,7 +10,7 @@ use moxcms::{
     ToneReprCurve, TransferCharacteristics, TransformExecutor, TransformOptions, XyY,
 };
 
-use super::canvas::{Model, Owned};
+use super::stored::{Depth, Model, Owned};
 
 /// By how much, of 255, a colour profile may differ from sRGB and still be taken for it. The many sRGB profiles in use differ
 /// by their rounding, up to 2 in the darks; converting those would cost time and change nothing that can be seen.
@@ -21,14 +21,6 @@ const REFERENCE_WHITE: f64 = 203.0;
 
 /// Steps of a tone curve that has no formula in profiles.
 const CURVE_STEPS: usize = 4096;
-
-/// The depth of samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Depth {
-    U8,
-    U16,
-    F32,
-}
 
 /// What a file says of its colours; the default is sRGB.
 #[derive(Default)]

@@ -2,7 +2,7 @@
 //! pixels are there. Decoders paint over what is missing and report success, and where a file ends says nothing: what has
 //! been cut is often closed again. So the codes are counted here, without making pixels of them.
 
-use super::jpeg::{Frame, Scan};
+use super::frame::{Frame, Huffman, LOOKED_UP, Scan};
 
 /// What the coded data hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,46 +13,6 @@ pub(super) struct Coverage {
     pub(super) whole: bool,
     /// Whether codes were found that no table has.
     pub(super) damaged: bool,
-}
-
-/// Bits of a code that are looked up at once.
-const LOOKED_UP: u32 = 10;
-
-/// A table of Huffman codes.
-#[derive(Debug, Clone)]
-pub(super) struct Huffman {
-    /// Length and symbol by the next bits; length 0 for longer codes.
-    short: Vec<(u8, u8)>,
-    /// Beyond the last code of every length, aligned to 16 bits, and the index of its symbol.
-    ends: [u32; 17],
-    offsets: [i32; 17],
-    symbols: Vec<u8>,
-}
-
-impl Huffman {
-    /// A table of the numbers of codes of 1 to 16 bits, and their symbols.
-    pub(super) fn new(counts: &[u8; 16], symbols: &[u8]) -> Self {
-        let mut table = Self { short: vec![(0, 0); 1 << LOOKED_UP], ends: [0; 17], offsets: [0; 17], symbols: symbols.to_vec() };
-        let (mut code, mut index) = (0u32, 0usize);
-        for length in 1..=16u32 {
-            let count = usize::from(counts[length as usize - 1]);
-            table.offsets[length as usize] = index as i32 - code as i32;
-            for symbol in symbols.iter().skip(index).take(count) {
-                if length <= LOOKED_UP {
-                    let first = (code << (LOOKED_UP - length)) as usize;
-                    let end = (first + (1 << (LOOKED_UP - length))).min(table.short.len());
-                    if let Some(places) = table.short.get_mut(first..end) {
-                        places.fill((length as u8, *symbol));
-                    }
-                }
-                code += 1;
-            }
-            index += count;
-            table.ends[length as usize] = code << (16 - length);
-            code <<= 1;
-        }
-        table
-    }
 }
 
 /// Bits of coded data, with the zeros after every 0xFF taken out.

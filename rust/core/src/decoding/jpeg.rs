@@ -11,13 +11,14 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::canvas::{Model, Stored};
-use super::colour::{Colours, Depth};
-use super::coverage::{Coverage, Huffman, coverage};
+use super::colour::Colours;
+use super::coverage::{Coverage, coverage};
 use super::exif::Exif;
+use super::frame::{Component, Frame, Huffman, Scan};
+use super::job::{Job, Opened, decoded, needs_memory};
 use super::kinds::Container::Jpeg;
 use super::kinds::PROFILE_BYTES;
-use super::reading::{Job, Opened, decoded, needs_memory};
+use super::stored::{Depth, Model, Stored};
 use crate::base::Result;
 use crate::photo::{MAX_SIDE, Samples};
 
@@ -29,75 +30,6 @@ const UNIT: usize = 32;
 
 /// Scans of a picture at most. Encoders make a dozen; each of a few bytes may go through all blocks of the picture.
 const MAX_SCANS: usize = 256;
-
-/// A component of the picture.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Component {
-    id: u8,
-    /// Horizontally and vertically, 1 to 4.
-    pub(super) sampling: [usize; 2],
-}
-
-/// The frame header.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Frame {
-    pub(super) progressive: bool,
-    pub(super) width: usize,
-    pub(super) height: usize,
-    pub(super) components: Vec<Component>,
-}
-
-impl Frame {
-    /// The largest sampling of a component.
-    pub(super) fn largest(&self) -> [usize; 2] {
-        [0, 1].map(|axis| self.components.iter().map(|c| c.sampling[axis]).max().unwrap_or(1).max(1))
-    }
-
-    /// Units of interleaved scans, across and down.
-    pub(super) fn units(&self) -> [usize; 2] {
-        let largest = self.largest();
-        [self.width.div_ceil(8 * largest[0]), self.height.div_ceil(8 * largest[1])]
-    }
-
-    /// Blocks of a component that have pixels, across and down.
-    pub(super) fn blocks(&self, component: &Component) -> [usize; 2] {
-        let largest = self.largest();
-        let side = [self.width, self.height];
-        [0, 1].map(|axis| (side[axis] * component.sampling[axis]).div_ceil(largest[axis]).div_ceil(8))
-    }
-}
-
-/// A scan.
-#[derive(Debug, Clone)]
-pub(super) struct Scan {
-    /// Index of the component, numbers of its DC and AC table.
-    pub(super) components: Vec<(usize, u8, u8)>,
-    /// First and last coefficient.
-    pub(super) band: [u8; 2],
-    /// The bit that was known before, and the one that is known with this scan.
-    pub(super) high: u8,
-    low: u8,
-    pub(super) restart_interval: usize,
-    pub(super) huffman_dc: [Option<Arc<Huffman>>; 4],
-    pub(super) huffman_ac: [Option<Arc<Huffman>>; 4],
-    /// The coded data.
-    pub(super) data: Range<usize>,
-}
-
-impl Scan {
-    /// Units of this scan, across and down.
-    pub(super) fn units(&self, frame: &Frame) -> [usize; 2] {
-        match self.components[..] {
-            [(only, ..)] => frame.blocks(&frame.components[only]),
-            _ => frame.units(),
-        }
-    }
-
-    /// Whether it brings means of blocks.
-    pub(super) fn is_first_of_dc(&self) -> bool {
-        self.band[0] == 0 && self.high == 0
-    }
-}
 
 /// A segment that decoders need.
 #[derive(Debug, Clone)]
@@ -209,7 +141,8 @@ impl Stream {
 
     /// Whether there is a picture that can be decoded.
     fn check(&self) -> Result<()> {
-        if let Some(what) = self.unsupported {
+        let ends_in_its_header = self.scans.is_empty() && !self.frame.components.is_empty() && !self.ends;
+        if let Some(what) = self.unsupported.filter(|_| !ends_in_its_header) {
             return Err(Jpeg.unsupported(what));
         }
         if self.frame.components.is_empty() || self.scans.is_empty() {

@@ -5,12 +5,12 @@ use std::io::{ErrorKind, Read};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 
-use super::canvas::{Model, Stored};
-use super::colour::{Colours, Depth};
+use super::colour::Colours;
 use super::exif::Exif;
+use super::job::{Job, Opened, Source, decoded, needs_memory, room};
 use super::kinds::Container::Png;
 use super::kinds::PROFILE_BYTES;
-use super::reading::{Job, Opened, Source, decoded, needs_memory, room};
+use super::stored::{Depth, Model, Stored};
 use crate::base::{Error, Result};
 use crate::photo::Samples;
 

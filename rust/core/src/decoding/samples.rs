@@ -1,9 +1,10 @@
 //! Photos of samples that somebody else has read: in, rows of them and what their file said of the colours; out, the photo, by the
 //! rules that hold for files.
 
-use super::canvas::{Canvas, Filled, Model, Stored};
-use super::colour::{Colours, Depth};
-use super::reading::Reading;
+use super::canvas::{Canvas, Filled};
+use super::colour::Colours;
+use super::job::Reading;
+use super::stored::{Depth, Model, Stored};
 use crate::base::{Control, Error, Result};
 use crate::photo::{Photo, Samples};
 

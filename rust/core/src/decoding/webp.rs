@@ -5,12 +5,12 @@ use std::io::Cursor;
 
 use image_webp::WebPDecoder;
 
-use super::canvas::{Model, Stored};
-use super::colour::{Colours, Depth};
+use super::colour::Colours;
 use super::exif::Exif;
+use super::job::{Job, Opened, Source, all_bytes, decoded, needs_memory, room};
 use super::kinds::Container::WebP;
 use super::kinds::PROFILE_BYTES;
-use super::reading::{Job, Opened, Source, all_bytes, decoded, needs_memory, room};
+use super::stored::{Depth, Model, Stored};
 use crate::base::Result;
 use crate::photo::Samples;
 
