@@ -6,6 +6,7 @@
 #   make generate   what is made from the declarations of options and from the tree: Python's fields, docs/options.md, ARCHITECTURE.md
 #   make performance   the tables of docs/performance.md anew, for an idle machine
 #   make peers   speed beside other programs, which it installs into out/peers
+#   make fuzz   look for input that breaks the reading of images or options, FUZZ_SECONDS for each of FUZZ_TARGETS
 #   make evaluate   compare methods on scikit-image's photos: a report in out/evaluation
 PYTHON ?= python3
 VENV := .venv
@@ -20,10 +21,15 @@ PACKAGE := $(VENV)/.package-done
 EVALUATION := $(VENV)/.evaluation-done
 BINARY := target/release/graphstipple
 
+# What `make fuzz` runs, and for how long; FUZZ_SEEDS may name more files and folders to begin with.
+FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options
+FUZZ_SECONDS := 600
+FUZZ_SEEDS :=
+
 # Public-domain photos in scikit-image's wheel.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
 
-.PHONY: build demo test lint format generate bench performance peers evaluate clean
+.PHONY: build demo test lint format generate bench performance peers evaluate fuzz clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -60,6 +66,8 @@ test: $(PACKAGE) $(EVALUATION) $(BINARY)
 lint: $(PACKAGE) $(EVALUATION)
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
+	cargo clippy --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --package graphstipple-core --package graphstipple-cli --no-deps --locked --quiet
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -68,6 +76,7 @@ lint: $(PACKAGE) $(EVALUATION)
 
 format: $(ENVIRONMENT)
 	cargo fmt --all
+	cargo fmt --manifest-path fuzz/Cargo.toml
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
@@ -92,7 +101,17 @@ evaluate: $(EVALUATION)
 	folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)') && \
 	    $(BIN)/graphstipple-eval $(PHOTOS:%="$$folder/%") --size 512 --out out/evaluation
 
+# No sanitizer, which only a nightly compiler knows: there is no unsafe code to watch here.
+fuzz: $(PACKAGE)
+	@cargo fuzz --version >/dev/null || { echo "cargo-fuzz is missing: cargo install cargo-fuzz" >&2; exit 1; }
+	$(BIN)/python -m fuzz.seeds $(FUZZ_SEEDS)
+	cargo fuzz build --sanitizer none
+	for target in $(FUZZ_TARGETS); do \
+	    cargo fuzz run --sanitizer none $$target -- \
+	        -max_total_time=$(FUZZ_SECONDS) -max_len=32768 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
+	done
+
 clean:
-	rm -rf $(VENV) target out dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) target fuzz/target fuzz/corpus fuzz/artifacts fuzz/coverage out dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -f python/graphstipple/_core*.so python/graphstipple/_core*.pyd
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
