@@ -143,7 +143,8 @@ impl Export {
     /// [`Error::Option`] if the value is of another type than the setting, [`Error::Input`] if there is no such setting.
     pub fn set(&mut self, name: &str, value: &Value) -> Result<()> {
         let setting = SETTINGS.iter().find(|setting| setting.name == name);
-        let setting = setting.ok_or_else(|| Error::Input(format!("there is no setting {} of how a drawing is written", in_one_line(name))))?;
+        let setting = setting
+            .ok_or_else(|| Error::Input(format!("there is no setting {} of how a drawing is written", in_one_line(name))))?;
         (setting.set)(self, value).ok_or_else(|| Error::option(name, value, setting.allowed))
     }
 
