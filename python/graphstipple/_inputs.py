@@ -76,6 +76,11 @@ def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") ->
     if is_pil(image):
         from graphstipple._pillow import samples_of  # noqa: PLC0415  # whoever has a PIL image has imported Pillow
 
+        try:
+            # Before it is loaded, if it is not yet.
+            reading.check(*image.size)
+        except ImageFileError as error:
+            raise InvalidInputError(str(error)) from None
         return _core.photo(*samples_of(image), reading), None, None
     if hasattr(image, "__array__"):
         return _core.photo(_from_array(unmasked(image, name), name), NOTHING, reading), None, None

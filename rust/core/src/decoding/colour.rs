@@ -10,6 +10,7 @@ use moxcms::{
     ToneReprCurve, TransferCharacteristics, TransformExecutor, TransformOptions, XyY,
 };
 
+use super::caught::caught;
 use super::stored::{Depth, Model, Owned};
 
 /// By how much, of 255, a colour profile may differ from sRGB and still be taken for it. The many sRGB profiles in use differ
@@ -33,7 +34,8 @@ pub(super) enum Colours {
 impl Colours {
     /// Those of an embedded profile; sRGB if it is broken.
     pub(super) fn of_icc(bytes: &[u8]) -> Self {
-        ColorProfile::new_from_slice(bytes).map_or(Self::Srgb, |profile| Self::Profile(Box::new(profile)))
+        let parsed = caught(|| ColorProfile::new_from_slice(bytes).ok()).flatten();
+        parsed.map_or(Self::Srgb, |profile| Self::Profile(Box::new(profile)))
     }
 
     /// Adobe RGB (1998).
@@ -119,10 +121,10 @@ impl Colours {
             (profile.color_space, model),
             (DataColorSpace::Rgb, Model::Rgb) | (DataColorSpace::Gray, Model::Grey) | (DataColorSpace::Cmyk, Model::Cmyk)
         );
-        if !fits || is_srgb(profile, model) {
+        if !fits {
             return None;
         }
-        Conversion::new(profile, model, depth)
+        caught(|| if is_srgb(profile, model) { None } else { Conversion::new(profile, model, depth) }).flatten()
     }
 }
 
@@ -195,8 +197,8 @@ impl Conversion {
     pub(super) fn convert(&self, samples: &Owned) -> Owned {
         fn run<T: Copy + Default>(transform: &Transform<T>, channels: usize, samples: &[T]) -> Vec<T> {
             let mut target = vec![T::default(); samples.len() / channels * 3];
-            // The lengths are right, so it cannot fail.
-            let _ = transform.transform(samples, &mut target);
+            // The lengths are right, so it does not fail; should it panic, the picture is black.
+            let _ = caught(|| transform.transform(samples, &mut target));
             if channels == 1 { target.chunks_exact(3).map(|pixel| pixel[1]).collect() } else { target }
         }
         match (self, samples) {

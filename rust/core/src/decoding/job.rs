@@ -1,11 +1,9 @@
 //! A file that is being read: the limits that hold for every format, what is done about damage, and how decoders are run.
 
-use std::cell::Cell;
 use std::io::{BufRead, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Once;
 
 use super::canvas::{Canvas, zeros};
+use super::caught::caught;
 use super::colour::Colours;
 use super::kinds::{Container, out_of_memory};
 use super::stored::{Depth, Stored};
@@ -159,26 +157,9 @@ pub(super) fn needs_memory(bytes: usize) -> Result<()> {
     room.try_reserve_exact(bytes).map_err(|_| out_of_memory(bytes))
 }
 
-thread_local! {
-    /// Whether what panics on this thread is a decoder's, which is told as an error and not printed.
-    static IN_DECODER: Cell<bool> = const { Cell::new(false) };
-}
-
 /// Runs a decoder, on this thread alone; a panic of it becomes the error of a file that cannot be decoded.
 pub(super) fn decoded<T>(container: Container, run: impl FnOnce() -> Result<T>) -> Result<T> {
-    static SILENCED: Once = Once::new();
-    SILENCED.call_once(|| {
-        let before = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |panic| {
-            if !IN_DECODER.get() {
-                before(panic);
-            }
-        }));
-    });
-    let outer = IN_DECODER.replace(true);
-    let result = catch_unwind(AssertUnwindSafe(run));
-    IN_DECODER.set(outer);
-    result.unwrap_or_else(|_| Err(container.damaged("it cannot be decoded")))
+    caught(run).unwrap_or_else(|| Err(container.damaged("it cannot be decoded")))
 }
 
 /// Bytes for a picture, if there is room.

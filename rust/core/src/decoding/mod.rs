@@ -6,6 +6,7 @@
 //! are unpacked by libraries; markers and tags are read here where a library would hide what is needed.
 
 mod canvas;
+mod caught;
 mod colour;
 mod coverage;
 mod directory;

@@ -208,8 +208,8 @@ fn meant(image: &Image, samples: Owned) -> Owned {
             }
         },
         Meaning::Palette => coloured(image, samples),
-        // JPEG has made colours of it.
-        Meaning::Ycc if image.compression == Compression::Jpeg => samples,
+        // JPEG has made colours of it, where it had all three.
+        Meaning::Ycc if image.compression == Compression::Jpeg && !image.planar => samples,
         Meaning::Ycc => match samples {
             Owned::U8(mut values) => {
                 for pixel in values.chunks_exact_mut(channels) {

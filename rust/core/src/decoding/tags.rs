@@ -261,7 +261,8 @@ pub(super) fn image_of(file: &mut File, directory: &Directory) -> Result<(Image,
         coefficients: <[f64; 3]>::try_from(reals(file, tag::COEFFICIENTS)).unwrap_or([0.299, 0.587, 0.114]),
         reference: <[f64; 6]>::try_from(reals(file, tag::REFERENCE)).unwrap_or([0.0, 255.0, 128.0, 255.0, 128.0, 255.0]),
     };
-    if ycc.subsampling != [1, 1] && (planar || samples != 3) {
+    let is_subsampled = if planar { meaning == Meaning::Ycc && subsampling != [1, 1] } else { ycc.subsampling != [1, 1] };
+    if is_subsampled && (planar || samples != 3) {
         return Err(Tiff.unsupported("subsampled chroma in planes of its own"));
     }
     let mut image = Image {
