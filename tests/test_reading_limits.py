@@ -58,11 +58,12 @@ def test_images_with_more_pixels_than_allowed_are_refused(written: Path) -> None
     pixels = 240 * 96
     gs.draw(written, max_pixels=pixels)
     told = f"96 x 240 pixels, but at most {pixels - 1} pixels are read"
-    for image in (written, Image.open(written), picture()):
-        with pytest.raises(gs.GraphStippleError, match=told) as error:
-            gs.draw(image, max_pixels=pixels - 1)
-        # A file cannot be read; an image or an array breaks a rule.
-        assert isinstance(error.value, gs.ImageFileError if image is written else gs.InvalidInputError)
+    with Image.open(written) as opened:
+        for image in (written, opened, picture()):
+            with pytest.raises(gs.GraphStippleError, match=told) as error:
+                gs.draw(image, max_pixels=pixels - 1)
+            # A file cannot be read; an image or an array breaks a rule.
+            assert isinstance(error.value, gs.ImageFileError if image is written else gs.InvalidInputError)
     with pytest.raises(gs.GraphStippleError, match=told):
         gs.Session(written, max_pixels=pixels - 1)
     with pytest.raises(gs.ImageFileError, match=told):
@@ -116,10 +117,7 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
 def test_a_large_photo_is_read_in_little_memory(tmp_path: Path) -> None:
     path = tmp_path / "large.png"
     path.write_bytes(bomb(12_000, 12_000))
-    code = (
-        "import sys, graphstipple as gs\n"
-        "print(gs.draw(sys.argv[1], 'none', gs.Options(nodes=20)).stats['reduction'])\n"
-    )
+    code = "import sys, graphstipple as gs\nprint(gs.draw(sys.argv[1], 'none', gs.Options(nodes=20)).stats['reduction'])\n"
     # The pixels alone would take 576 MB as luma.
     assert peak(code, path) < 300_000
 
