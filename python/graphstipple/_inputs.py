@@ -95,11 +95,7 @@ def path_to_read(path: str | os.PathLike[str]) -> str:
     ImageFileNotFoundError
         If no file can have this name.
     """
-    text = os.fsdecode(path)
-    unfit = _unfit_character(text)
-    if unfit is not None:
-        raise ImageFileNotFoundError(f"{text!a}: the file does not exist, as no file name can hold {unfit}")
-    return text
+    return _text_of(path, ImageFileNotFoundError, "the file does not exist")
 
 
 def path_to_write(path: str | os.PathLike[str]) -> str:
@@ -110,16 +106,20 @@ def path_to_write(path: str | os.PathLike[str]) -> str:
     ImageFileError
         If no file can have this name.
     """
-    text = os.fsdecode(path)
-    unfit = _unfit_character(text)
-    if unfit is not None:
-        raise ImageFileError(f"{text!a}: the file cannot be written, as no file name can hold {unfit}")
-    return text
+    return _text_of(path, ImageFileError, "the file cannot be written")
 
 
 def is_text(path: str) -> bool:
     """Whether a path is text, as names of sources are; others hold bytes that no text has, and only files are named so."""
     return not any("\ud800" <= character <= "\udfff" for character in path)
+
+
+def _text_of(path: str | os.PathLike[str], refusal: type[ImageFileError], told: str) -> str:
+    text = os.fsdecode(path)
+    unfit = _unfit_character(text)
+    if unfit is not None:
+        raise refusal(f"{text!a}: {told}, as no file name can hold {unfit}")
+    return text
 
 
 def _unfit_character(name: str) -> str | None:

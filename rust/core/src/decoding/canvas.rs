@@ -6,11 +6,14 @@ use rayon::prelude::*;
 use super::colour::Conversion;
 use super::kinds::out_of_memory;
 use super::stored::{Model, Stored};
-use crate::base::{Control, Error, Result};
-use crate::photo::{Field, Samples, weigh_into};
+use crate::base::{Control, Result};
+use crate::photo::{Field, Photo, Samples, check_values, weigh_into};
 
 /// Pixels that one thread converts at once.
 const AT_ONCE: usize = 16_384;
+
+/// Rows that are placed at once: the luma of a whole picture that is reduced is never in memory.
+const ROWS: usize = 512;
 
 /// Luma that is being filled.
 pub(super) struct Canvas<'a> {
@@ -27,13 +30,6 @@ pub(super) struct Canvas<'a> {
     /// What the column and the row of a stored pixel add to its place in the luma.
     columns: Vec<u32>,
     rows: Vec<u32>,
-}
-
-/// What has been read: luma, and the size and factor that it stands for.
-pub(super) struct Filled {
-    pub(super) luma: Field,
-    pub(super) size: [usize; 2],
-    pub(super) factor: usize,
 }
 
 impl<'a> Canvas<'a> {
@@ -95,7 +91,9 @@ impl<'a> Canvas<'a> {
     pub(super) fn put(&mut self, column: usize, row: usize, width: usize, samples: Samples) -> Result<()> {
         self.control.check()?;
         let channels = self.stored.channels();
-        check_floats(samples, column, row, width, channels)?;
+        if let Samples::F32(values) = samples {
+            check_values(values, channels, width, [column, row])?;
+        }
         let count = samples.len() / channels;
         let straight = self.factor == 1 && self.stored.orientation == 1 && width == self.stored.width;
         if straight {
@@ -104,25 +102,30 @@ impl<'a> Canvas<'a> {
             self.values = values;
             return Ok(());
         }
-        let mut luma = vec![0.0; count];
-        self.weigh(samples, &mut luma);
-        for (y, luma) in (row..).zip(luma.chunks_exact(width)) {
-            self.place(column, y, luma.iter().copied());
+        let mut luma = vec![0.0; count.min(ROWS * width)];
+        for from in (0..count).step_by(ROWS * width) {
+            let luma = &mut luma[..(count - from).min(ROWS * width)];
+            self.weigh(samples.part(from * channels, (from + luma.len()) * channels), luma);
+            for (y, luma) in (row + from / width..).zip(luma.chunks_exact(width)) {
+                self.place(column, y, luma.iter().copied());
+            }
         }
         Ok(())
     }
 
     /// Leaves a part of the stored image as background.
     pub(super) fn leave(&mut self, column: usize, row: usize, width: usize, height: usize) {
-        let [red, green, blue] = self.background.map(f64::from);
-        let grey = ((299.0 * red + 587.0 * green + 114.0 * blue) / 255_000.0) as f32;
+        let grey = self.behind() as f32;
         for y in row..row + height {
             self.place(column, y, std::iter::repeat_n(grey, width));
         }
     }
 
-    /// The luma.
-    pub(super) fn finish(self) -> Filled {
+    /// The photo.
+    ///
+    /// # Errors
+    /// As [`Photo::of_reduced`], which do not happen.
+    pub(super) fn finish(self) -> Result<Photo> {
         let size = self.stored.upright();
         let [width, height] = self.size;
         let mut values = self.values;
@@ -140,7 +143,13 @@ impl<'a> Canvas<'a> {
                 })
                 .collect();
         }
-        Filled { luma: Field::of_valid(width, height, values), size, factor: self.factor }
+        Photo::of_reduced(Field::of_valid(width, height, values), size[0], size[1], self.factor)
+    }
+
+    /// The luma of the background.
+    fn behind(&self) -> f64 {
+        let [red, green, blue] = self.background.map(f64::from);
+        (299.0 * red + 587.0 * green + 114.0 * blue) / 255_000.0
     }
 
     fn place(&mut self, column: usize, row: usize, luma: impl Iterator<Item = f32>) {
@@ -192,8 +201,7 @@ impl<'a> Canvas<'a> {
             _ => weigh_into(converted.as_samples(), 3, self.background, target),
         }
         if alpha {
-            let [red, green, blue] = self.background.map(f64::from);
-            let behind = (299.0 * red + 587.0 * green + 114.0 * blue) / 255_000.0;
+            let behind = self.behind();
             for (value, opacity) in target.iter_mut().zip(opacity) {
                 let opacity = f64::from(opacity);
                 *value = ((f64::from(*value) * opacity + behind * (1.0 - opacity)) as f32).clamp(0.0, 1.0);
@@ -208,18 +216,4 @@ pub(super) fn zeros<T: Copy + Default>(count: usize) -> Result<Vec<T>> {
     values.try_reserve_exact(count).map_err(|_| out_of_memory(count.saturating_mul(size_of::<T>())))?;
     values.resize(count, T::default());
     Ok(values)
-}
-
-/// Float samples are in [0, 1], in files as in arrays.
-fn check_floats(samples: Samples, column: usize, row: usize, width: usize, channels: usize) -> Result<()> {
-    let Samples::F32(values) = samples else { return Ok(()) };
-    // A NaN fails both comparisons, so it is caught too.
-    let Some(at) = values.iter().position(|v| !(*v >= 0.0 && *v <= 1.0)) else { return Ok(()) };
-    let pixel = at / channels;
-    Err(Error::Input(format!(
-        "the value at column {}, row {} is {}, but it must be between 0 and 1",
-        column + pixel % width,
-        row + pixel / width,
-        values[at]
-    )))
 }

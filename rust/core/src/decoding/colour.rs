@@ -11,7 +11,9 @@ use moxcms::{
 };
 
 use super::caught::caught;
+use super::kinds::{Container, PROFILE_BYTES};
 use super::stored::{Depth, Model, Owned};
+use crate::base::Result;
 
 /// By how much, of 255, a colour profile may differ from sRGB and still be taken for it. The many sRGB profiles in use differ
 /// by their rounding, up to 2 in the darks; converting those would cost time and change nothing that can be seen.
@@ -32,6 +34,19 @@ pub(super) enum Colours {
 }
 
 impl Colours {
+    /// Those of a file with an embedded profile, or else with a camera's mark of Adobe RGB.
+    ///
+    /// # Errors
+    /// [`Error::Decode`](crate::Error::Decode) for a profile that is larger than any.
+    pub(super) fn of_file(container: Container, profile: Option<&[u8]>, adobe_rgb: bool) -> Result<Self> {
+        match profile {
+            Some(profile) if profile.len() > PROFILE_BYTES => Err(container.large_profile(profile.len())),
+            Some(profile) => Ok(Self::of_icc(profile)),
+            None if adobe_rgb => Ok(Self::adobe_rgb()),
+            None => Ok(Self::Srgb),
+        }
+    }
+
     /// Those of an embedded profile; sRGB if it is broken.
     pub(super) fn of_icc(bytes: &[u8]) -> Self {
         let parsed = caught(|| ColorProfile::new_from_slice(bytes).ok()).flatten();

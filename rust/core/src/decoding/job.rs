@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Seek};
 
-use super::canvas::{Canvas, zeros};
+use super::canvas::Canvas;
 use super::caught::caught;
 use super::colour::Colours;
 use super::kinds::{Container, out_of_memory};
@@ -160,9 +160,4 @@ pub(super) fn needs_memory(bytes: usize) -> Result<()> {
 /// Runs a decoder, on this thread alone; a panic of it becomes the error of a file that cannot be decoded.
 pub(super) fn decoded<T>(container: Container, run: impl FnOnce() -> Result<T>) -> Result<T> {
     caught(run).unwrap_or_else(|| Err(container.damaged("it cannot be decoded")))
-}
-
-/// Bytes for a picture, if there is room.
-pub(super) fn room(bytes: usize) -> Result<Vec<u8>> {
-    zeros(bytes)
 }

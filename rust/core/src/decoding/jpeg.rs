@@ -12,18 +12,14 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::colour::Colours;
-use super::coverage::{Coverage, coverage};
+use super::coverage::coverage;
 use super::exif::Exif;
 use super::frame::{Component, Frame, Huffman, Scan};
 use super::job::{Job, Opened, decoded, needs_memory};
 use super::kinds::Container::Jpeg;
-use super::kinds::PROFILE_BYTES;
 use super::stored::{Depth, Model, Stored};
 use crate::base::Result;
 use crate::photo::{MAX_SIDE, Samples};
-
-/// Rows that are handed on at once.
-const ROWS: usize = 512;
 
 /// Pixels of a side of the largest unit that encoders fill up.
 const UNIT: usize = 32;
@@ -103,11 +99,11 @@ impl Stream {
                     stream.read_frame(marker, content)?;
                 }
                 0xCC => {
-                    stream.unsupported.get_or_insert("arithmetic coding");
+                    stream.lacks("arithmetic coding");
                     continue;
                 }
                 0xF7 => {
-                    stream.unsupported.get_or_insert("JPEG-LS coding");
+                    stream.lacks("JPEG-LS coding");
                     break;
                 }
                 0xDC => {
@@ -154,18 +150,23 @@ impl Stream {
         Ok(())
     }
 
+    /// Notes what is not supported; the first counts.
+    fn lacks(&mut self, what: &'static str) {
+        self.unsupported.get_or_insert(what);
+    }
+
     fn read_frame(&mut self, marker: u8, content: &[u8]) -> Result<()> {
         let broken = || Jpeg.damaged("the header of the picture is broken");
         let [precision, h1, h0, w1, w0, count, components @ ..] = content else { return Err(broken()) };
         match marker {
             0xC0..=0xC2 => {}
-            0xC3 => self.unsupported = self.unsupported.or(Some("lossless coding")),
-            0xC9..=0xCB => self.unsupported = self.unsupported.or(Some("arithmetic coding")),
-            _ => self.unsupported = self.unsupported.or(Some("hierarchical coding")),
+            0xC3 => self.lacks("lossless coding"),
+            0xC9..=0xCB => self.lacks("arithmetic coding"),
+            _ => self.lacks("hierarchical coding"),
         }
         if *precision != 8 {
             let what = if *precision == 12 { "samples of 12 bits" } else { "samples of other than 8 bits" };
-            self.unsupported = self.unsupported.or(Some(what));
+            self.lacks(what);
         }
         let of = |high: u8, low: u8| usize::from(high) << 8 | usize::from(low);
         let components: Vec<Component> = components
@@ -178,12 +179,12 @@ impl Stream {
             return Err(broken());
         }
         if !matches!(components.len(), 1 | 3 | 4) {
-            self.unsupported = self.unsupported.or(Some("other than 1, 3 or 4 components"));
+            self.lacks("other than 1, 3 or 4 components");
         }
         self.frame = Frame { progressive: marker == 0xC2, width: of(*w1, *w0), height: of(*h1, *h0), components };
         let largest = self.frame.largest();
         if self.frame.components.iter().any(|c| (0..2).any(|axis| !largest[axis].is_multiple_of(c.sampling[axis]))) {
-            self.unsupported = self.unsupported.or(Some("components of which one's sampling is no multiple of another's"));
+            self.lacks("components of which one's sampling is no multiple of another's");
         }
         // One component alone has no subsampling, whatever it says.
         if let [only] = &mut self.frame.components[..] {
@@ -377,14 +378,8 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Stream, Opened)> {
         3 => Model::Rgb,
         _ => Model::Cmyk,
     };
-    let colours = match stream.profile(bytes) {
-        Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(Jpeg.large_profile(profile.len()));
-        }
-        Some(profile) => Colours::of_icc(&profile),
-        None if exif.adobe_rgb && model == Model::Rgb => Colours::adobe_rgb(),
-        None => Colours::Srgb,
-    };
+    let marked = exif.adobe_rgb && model == Model::Rgb;
+    let colours = Colours::of_file(Jpeg, stream.profile(bytes).as_deref(), marked)?;
     let stored = Stored {
         width: stream.frame.width,
         height: stream.frame.height,
@@ -401,7 +396,10 @@ pub(super) fn read(stream: &Stream, bytes: &[u8], job: &mut Job) -> Result<()> {
     let Frame { width, height, .. } = stream.frame;
     needs_memory(width * height * if stream.is_plain() { 3 } else { 8 })?;
     // The pixels are made while it is found out whether all of them are there.
-    let (found, decoded) = rayon::join(|| covered(stream, bytes), || pixels(stream, bytes, None, height, Coding::Told, |_| true));
+    let (found, decoded) = rayon::join(
+        || coverage(&stream.frame, &stream.scans, bytes),
+        || pixels(stream, bytes, None, height, Coding::Told, |_| true),
+    );
     let complete = found.whole && stream.is_complete();
     let decoded = if complete || found.damaged && found.rows == height {
         let decoded = decoded?;
@@ -412,11 +410,10 @@ pub(super) fn read(stream: &Stream, bytes: &[u8], job: &mut Job) -> Result<()> {
         }
         decoded
     } else {
-        let rows = if stream.frame.progressive && !found.whole && found.rows == height { 0 } else { found.rows };
-        let detail = match (rows, found.rows) {
-            (0, 1..) => "the details of its picture are missing".to_owned(),
-            _ if found.rows == height => "the details of its picture are missing".to_owned(),
-            _ => format!("{} of its {height} rows of pixels are there", found.rows),
+        let detail = if found.rows == height {
+            "the details of its picture are missing".to_owned()
+        } else {
+            format!("{} of its {height} rows of pixels are there", found.rows)
         };
         let error = if found.damaged { Jpeg.damaged(&detail) } else { Jpeg.cut_short(&detail) };
         job.incomplete(error, found.rows)?;
@@ -427,18 +424,11 @@ pub(super) fn read(stream: &Stream, bytes: &[u8], job: &mut Job) -> Result<()> {
         };
         pixels(stream, bytes, None, found.rows, Coding::Told, whole)?
     };
-    let row = width * decoded.channels;
-    for (band, samples) in decoded.samples.chunks(ROWS * row).enumerate() {
-        job.canvas()?.put(0, band * ROWS, width, Samples::U8(samples))?;
-    }
+    job.canvas()?.put(0, 0, width, Samples::U8(&decoded.samples))?;
     if decoded.height < height {
         job.canvas()?.leave(0, decoded.height, width, height - decoded.height);
     }
     Ok(())
-}
-
-fn covered(stream: &Stream, bytes: &[u8]) -> Coverage {
-    coverage(&stream.frame, &stream.scans, bytes)
 }
 
 /// Decodes a strip or tile of TIFF, whose tables may stand in a stream of their own. It may be larger than the `most` that is

@@ -5,9 +5,10 @@ use std::io::{ErrorKind, Read};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 
+use super::canvas::zeros;
 use super::colour::Colours;
 use super::exif::Exif;
-use super::job::{Job, Opened, Source, decoded, needs_memory, room};
+use super::job::{Job, Opened, Source, decoded};
 use super::kinds::Container::Png;
 use super::kinds::PROFILE_BYTES;
 use super::stored::{Depth, Model, Stored};
@@ -58,7 +59,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
 
 /// Reads row by row. Returns whether all rows are there.
 fn read_rows(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, depth: Depth, job: &mut Job) -> Result<bool> {
-    let mut band = room(ROWS.min(stored.height) * row)?;
+    let mut band = zeros(ROWS.min(stored.height) * row)?;
     let mut done = 0;
     while done < stored.height {
         let wanted = ROWS.min(stored.height - done);
@@ -91,8 +92,7 @@ fn read_rows(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, d
 
 /// Reads the seven passes. Returns whether all of them are there.
 fn read_interlaced(reader: &mut Reader<&mut dyn Source>, stored: Stored, row: usize, depth: Depth, job: &mut Job) -> Result<bool> {
-    needs_memory(row * stored.height)?;
-    let mut samples = room(row * stored.height)?;
+    let mut samples = zeros(row * stored.height)?;
     let bytes = if depth == Depth::U16 { 2 } else { 1 };
     let background = pixel_of(job.background(), stored, bytes);
     samples.chunks_exact_mut(background.len()).for_each(|pixel| pixel.copy_from_slice(&background));

@@ -2,7 +2,6 @@
 
 use std::io::Read;
 
-use super::canvas::Filled;
 use super::job::{Job, Reading, Source, all_bytes};
 use super::kinds::{Container, HEAD, kind_of};
 use super::{jpeg, png, tiff, webp};
@@ -53,9 +52,8 @@ pub fn decode(source: &mut dyn Source, reading: &Reading, control: &Control) -> 
     }
     control.check()?;
     let Some(canvas) = job.canvas else { return Err(Error::Internal("the picture has no canvas".into())) };
-    let Filled { luma, size: [width, height], factor } = canvas.finish();
     let warning = (!job.warnings.is_empty()).then(|| job.warnings.join("; "));
-    Ok(Decoded { photo: Photo::of_reduced(luma, width, height, factor)?, warning, decoder: DECODER.to_owned() })
+    Ok(Decoded { photo: canvas.finish()?, warning, decoder: DECODER.to_owned() })
 }
 
 #[cfg(test)]

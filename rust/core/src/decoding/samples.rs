@@ -1,7 +1,7 @@
 //! Photos of samples that somebody else has read: in, rows of them and what their file said of the colours; out, the photo, by the
 //! rules that hold for files.
 
-use super::canvas::{Canvas, Filled};
+use super::canvas::Canvas;
 use super::colour::Colours;
 use super::job::Reading;
 use super::stored::{Depth, Model, Stored};
@@ -94,11 +94,10 @@ impl<'a> PhotoBuilder<'a> {
     /// # Errors
     /// [`Error::Input`] if a row is missing.
     pub fn finish(self) -> Result<Photo> {
-        let [width, height] = self.size;
+        let [_, height] = self.size;
         if self.row < height {
             return Err(Error::Input(format!("the image has {height} rows, but only {} came", self.row)));
         }
-        let Filled { luma, factor, .. } = self.canvas.finish();
-        Photo::of_reduced(luma, width, height, factor)
+        self.canvas.finish()
     }
 }

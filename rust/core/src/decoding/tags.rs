@@ -5,7 +5,6 @@ use super::directory::{Directory, Tagged};
 use super::exif::Exif;
 use super::job::{Opened, Source};
 use super::kinds::Container::Tiff;
-use super::kinds::PROFILE_BYTES;
 use super::stored::{Depth, Model, Stored};
 use super::unpack::Compression;
 use crate::base::{Error, Result};
@@ -343,14 +342,8 @@ pub(super) fn opened(file: &mut File, directory: &Directory, image: &Image, alph
         _ => Model::Rgb,
     };
     let profile = file.bytes(directory, tag::PROFILE).filter(|_| !matches!(image.meaning, Meaning::Lab { .. }));
-    let colours = match profile {
-        Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(Tiff.large_profile(profile.len()));
-        }
-        Some(profile) => Colours::of_icc(&profile),
-        None if exif.adobe_rgb && image.meaning == Meaning::Rgb => Colours::adobe_rgb(),
-        None => Colours::Srgb,
-    };
+    let marked = exif.adobe_rgb && image.meaning == Meaning::Rgb;
+    let colours = Colours::of_file(Tiff, profile.as_deref(), marked)?;
     let stored = Stored {
         width: image.width,
         height: image.height,

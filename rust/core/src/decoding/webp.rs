@@ -5,17 +5,14 @@ use std::io::Cursor;
 
 use image_webp::WebPDecoder;
 
+use super::canvas::zeros;
 use super::colour::Colours;
 use super::exif::Exif;
-use super::job::{Job, Opened, Source, all_bytes, decoded, needs_memory, room};
+use super::job::{Job, Opened, Source, all_bytes, decoded, needs_memory};
 use super::kinds::Container::WebP;
-use super::kinds::PROFILE_BYTES;
 use super::stored::{Depth, Model, Stored};
 use crate::base::Result;
 use crate::photo::Samples;
-
-/// Rows that are handed on at once.
-const ROWS: usize = 512;
 
 /// A chunk's name and content, and whether all of it is there.
 struct Chunk<'a> {
@@ -50,14 +47,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     }
     let of = |name: &[u8; 4]| found.iter().find(|chunk| chunk.name == *name && chunk.whole).map(|chunk| chunk.content);
     let exif = of(b"EXIF").map(Exif::of).unwrap_or_default();
-    let colours = match of(b"ICCP") {
-        Some(profile) if profile.len() > PROFILE_BYTES => {
-            return Err(WebP.large_profile(profile.len()));
-        }
-        Some(profile) => Colours::of_icc(profile),
-        None if exif.adobe_rgb => Colours::adobe_rgb(),
-        None => Colours::Srgb,
-    };
+    let colours = Colours::of_file(WebP, of(b"ICCP"), exif.adobe_rgb)?;
     // The decoder gets the header and the picture alone, in a file that says how long it is: a second frame that is cut short is no
     // reason to refuse the first, and other chunks are none of its concern.
     let alone = alone(&found, at);
@@ -80,7 +70,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     let row = stored.width * stored.channels();
     // The planes and the pixels.
     needs_memory(stored.width * stored.height * 8)?;
-    let mut samples = room(row * stored.height)?;
+    let mut samples = zeros(row * stored.height)?;
     decoded(WebP, || {
         if decoder.is_animated() {
             let _ = decoder.set_background_color([0; 4]);
@@ -92,10 +82,7 @@ pub(super) fn read(source: &mut dyn Source, job: &mut Job) -> Result<()> {
     if found[at..].iter().any(|chunk| !chunk.whole) {
         job.warn("the WebP file lacks its end; all its pixels are there");
     }
-    for (band, samples) in samples.chunks(ROWS * row).enumerate() {
-        job.canvas()?.put(0, band * ROWS, stored.width, Samples::U8(samples))?;
-    }
-    Ok(())
+    job.canvas()?.put(0, 0, stored.width, Samples::U8(&samples))
 }
 
 /// Whether the pictures that a chunk holds, itself or as a frame, are no larger than the file says. The decoder makes room for what a
@@ -124,7 +111,7 @@ pub(super) fn strip(bytes: &[u8], most: [usize; 2]) -> Result<(Vec<u8>, usize)> 
     }
     let channels = if decoder.has_alpha() { 4 } else { 3 };
     needs_memory(width as usize * height as usize * 8)?;
-    let mut samples = room(width as usize * height as usize * channels)?;
+    let mut samples = zeros(width as usize * height as usize * channels)?;
     decoded(WebP, || decoder.read_image(&mut samples).map_err(unreadable))?;
     Ok((samples, channels))
 }

@@ -35,15 +35,7 @@ impl Field {
                 width * height
             )));
         }
-        // A NaN fails both comparisons, so it is caught too.
-        if let Some(i) = values.iter().position(|v| !(*v >= 0.0 && *v <= 1.0)) {
-            return Err(Error::Input(format!(
-                "the value at column {}, row {} is {}, but it must be between 0 and 1",
-                i % width,
-                i / width,
-                values[i]
-            )));
-        }
+        check_values(&values, 1, width, [0, 0])?;
         Ok(Self { width, height, values })
     }
 
@@ -330,6 +322,22 @@ fn mirrored(i: isize, length: usize) -> usize {
     let period = 2 * length;
     let at = i.rem_euclid(period as isize) as usize;
     at.min(period - 1 - at)
+}
+
+/// Checks that values are in [0, 1]: those of rows of `width` pixels of so many channels, from a column and row of an image on.
+///
+/// # Errors
+/// [`Error::Input`] with the first that is not, and its place.
+pub(crate) fn check_values(values: &[f32], channels: usize, width: usize, [column, row]: [usize; 2]) -> Result<()> {
+    // A NaN fails both comparisons, so it is caught too.
+    let Some(at) = values.iter().position(|v| !(*v >= 0.0 && *v <= 1.0)) else { return Ok(()) };
+    let pixel = at / channels;
+    Err(Error::Input(format!(
+        "the value at column {}, row {} is {}, but it must be between 0 and 1",
+        column + pixel % width,
+        row + pixel / width,
+        values[at]
+    )))
 }
 
 /// # Errors

@@ -8,8 +8,8 @@ mod tone;
 
 pub use emphasis::emphasize;
 pub(crate) use emphasis::{FINE, emphasize_and_off, off_blurred};
-pub(crate) use field::check_size;
 pub use field::{Field, MAX_SIDE};
+pub(crate) use field::{check_size, check_values};
 pub use photo::Photo;
 pub use tone::{Pixels, Samples, adjust, luma, luma_to_u8};
 pub(crate) use tone::{adjusted, weigh_into};

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::base::{Error, Result};
 use crate::options::{Options, Point};
-use crate::photo::field::{Field, check_size};
+use crate::photo::field::{Field, check_size, check_values};
 
 /// Samples of an image, row-major, channels interleaved.
 #[derive(Debug, Clone, Copy)]
@@ -70,17 +70,8 @@ pub fn luma(pixels: &Pixels, background: [u8; 3]) -> Result<Field> {
             width * height * channels
         )));
     }
-    if let Samples::F32(s) = samples
-        // A NaN fails both comparisons, so it is caught too.
-        && let Some(i) = s.iter().position(|v| !(*v >= 0.0 && *v <= 1.0))
-    {
-        let pixel = i / channels;
-        return Err(Error::Input(format!(
-            "the value at column {}, row {} is {}, but it must be between 0 and 1",
-            pixel % width,
-            pixel / width,
-            s[i]
-        )));
+    if let Samples::F32(values) = samples {
+        check_values(values, channels, width, [0, 0])?;
     }
     let mut values = vec![0.0; width * height];
     weigh_into(samples, channels, background, &mut values);
