@@ -1,5 +1,5 @@
 //! The drawing as JSON, for programs: the canvas, every stipple as x, y, radius and ink, every region as rings of points, and how
-//! the drawing was made. The exact curves are there too, once each, so that [`super::load`] reads the same drawing back.
+//! the drawing was made. The exact curves are there too, once each, so that [`super::load_json`] reads the same drawing back.
 //!
 //! All lengths are in pixels of the canvas. An ink is 0 (black) or 1 (white).
 

@@ -11,6 +11,8 @@ mod json;
 mod layers;
 mod layout;
 mod load;
+mod load_json;
+mod load_svg;
 mod pdf;
 pub mod raster;
 mod svg;
@@ -54,7 +56,7 @@ impl Format {
             settings: OF_VECTORS,
             fits: fits_on_paper,
             write: |drawing, export| svg::to_svg(drawing, export).map(String::into_bytes),
-            read: Some(load::from_svg),
+            read: Some(load_svg::from_svg),
         },
         Self {
             suffix: "pdf",
@@ -99,7 +101,7 @@ impl Format {
             settings: &[],
             fits: |_, _, _| Ok(()),
             write: |drawing, _| Ok(json::to_json(drawing).into_bytes()),
-            read: Some(load::from_json),
+            read: Some(load_json::from_json),
         },
     ];
 

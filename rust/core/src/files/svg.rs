@@ -2,7 +2,7 @@
 //!
 //! # What is written
 //! Coordinates are whole numbers in units of the drawing's grid under one transform, relative to the point before, so that nothing
-//! is lost and nothing accumulates: [`super::load`] reads the same drawing back. A point on a finer grid has decimals. A control
+//! is lost and nothing accumulates: [`super::load_svg`] reads the same drawing back. A point on a finer grid has decimals. A control
 //! point that is the last one mirrored is what the commands `t` and `s` stand for. Dots are true circles of two arcs.
 //!
 //! Groups are layers to Inkscape and have the same ids in every file. The size on paper is in the attributes of the root element
