@@ -222,14 +222,14 @@ fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 /// # Errors
 /// [`Error::Usage`] for another suffix, [`Error::File`] if the file cannot be read, [`Error::Photo`] if it holds no drawing of
 /// ours.
-pub fn load(path: &Path) -> Result<Drawing> {
+pub fn load(path: &Path, control: &Control) -> Result<Drawing> {
     let format = format_of_path(path).ok().filter(|format| format.can_be_read());
     let Some(format) = format else {
         let suffixes = Format::suffixes_to_load();
         return Err(Error::Usage(format!("{}: the suffix of a drawing to load must be {suffixes}", path.display())));
     };
     let bytes = fs::read(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
-    graphstipple_core::load(&bytes, format).map_err(|source| Error::Photo { path: path.to_owned(), source })
+    graphstipple_core::load(&bytes, format, control).map_err(|source| of_photo(path, source))
 }
 
 /// Where a write through a symbolic link ends: the rename would replace the link itself.

@@ -1,7 +1,7 @@
 //! The stages, each callable alone, and the data that they hand to one another; in the order of the data.
 
 // What all stages share: the geometry of the canvas, inks and colours.
-pub use crate::base::{Color, FLATTENING_TOLERANCE, Ink, Side, signed_area};
+pub use crate::base::{Color, Ink, Side, signed_area};
 // What options hold.
 pub use crate::base::Checked;
 pub use crate::options::{

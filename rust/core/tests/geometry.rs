@@ -1,6 +1,6 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
-use graphstipple_core::stages::{FLATTENING_TOLERANCE, Inks, RingPart, Stipple, Style, signed_area};
+use graphstipple_core::stages::{Inks, RingPart, Stipple, Style, signed_area};
 use graphstipple_core::{Control, Drawing, Export, Field, Format, Importance, Options, Outcome, Photo, Published, Result, load};
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
@@ -28,7 +28,7 @@ fn boundaries(drawing: &Drawing) -> Vec<(Vec<[f64; 2]>, bool)> {
         let closed = curve.elements().last() == Some(&PathEl::ClosePath);
         // The region whose exterior or hole is this curve alone has its points.
         let ring_of = |region: usize| {
-            let (exterior, holes) = drawing.region_rings(region, FLATTENING_TOLERANCE);
+            let (exterior, holes) = drawing.region_rings(region);
             let rings = std::iter::once(&drawing.regions[region].exterior).chain(&drawing.regions[region].holes);
             let points = std::iter::once(exterior).chain(holes);
             rings.zip(points).find(|(ring, _)| ring.parts == [RingPart::Curve { index: index as u32, reversed: false }])
@@ -39,7 +39,7 @@ fn boundaries(drawing: &Drawing) -> Vec<(Vec<[f64; 2]>, bool)> {
         }
     }
     for index in 0..drawing.stipples.len() {
-        boundaries.push((drawing.stipple_outline(index, FLATTENING_TOLERANCE), true));
+        boundaries.push((drawing.stipple_outline(index, drawing.flattening_tolerance()), true));
     }
     boundaries
 }
@@ -52,11 +52,11 @@ fn segments(points: &[[f64; 2]], closed: bool) -> Vec<Segment> {
 fn check(drawing: &Drawing) {
     let canvas = (drawing.width * drawing.height) as f64;
     let regions: f64 = (0..drawing.regions.len()).map(|i| drawing.region_area(i)).sum();
-    let outlines = (0..drawing.stipples.len()).map(|i| signed_area(&drawing.stipple_outline(i, FLATTENING_TOLERANCE)));
+    let outlines = (0..drawing.stipples.len()).map(|i| signed_area(&drawing.stipple_outline(i, drawing.flattening_tolerance())));
     assert!(((regions + outlines.sum::<f64>()) / canvas - 1.0).abs() < 1e-6);
     // Rings that touch the frame are looked at whole; the others once each.
     let touching = (0..drawing.regions.len()).filter(|i| drawing.regions[*i].exterior.parts.len() > 1);
-    let rings: Vec<Vec<[f64; 2]>> = touching.map(|i| drawing.region_rings(i, FLATTENING_TOLERANCE).0).collect();
+    let rings: Vec<Vec<[f64; 2]>> = touching.map(|i| drawing.region_rings(i).0).collect();
     let mut all: Vec<Vec<Segment>> = boundaries(drawing).iter().map(|(points, closed)| segments(points, *closed)).collect();
     all.extend(rings.iter().map(|ring| segments(ring, true)));
     for (i, own) in all.iter().enumerate() {
@@ -137,7 +137,7 @@ fn written(drawing: &Drawing, suffix: &str, export: Export) -> Vec<u8> {
 
 /// The drawing of such a file.
 fn read(bytes: impl AsRef<[u8]>, suffix: &str) -> Result<Drawing> {
-    load(bytes.as_ref(), Format::of_suffix(suffix).unwrap())
+    load(bytes.as_ref(), Format::of_suffix(suffix).unwrap(), &Control::new())
 }
 
 proptest! {

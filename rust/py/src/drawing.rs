@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use graphstipple_cli::files::{self, format_of_path};
-use graphstipple_core::stages::{
-    Components, FLATTENING_TOLERANCE, Graph, Ink, Labels, Source, TonedCells, Writer, draw_owned, named_length, raster,
-};
+use graphstipple_core::stages::{Components, Graph, Ink, Labels, Source, TonedCells, Writer, draw_owned, named_length, raster};
 use graphstipple_core::{Drawing as CoreDrawing, Error, Field, Format, Outcome};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -52,7 +50,7 @@ pub(crate) fn source(given: &Bound<'_, PyAny>) -> PyResult<Source> {
 /// Read a drawing from a file that graphstipple wrote; its suffix says the format.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
-    let drawing = watch::run(py, None, errors::from_files, move |_| files::load(&path))?;
+    let drawing = watch::run(py, None, errors::from_files, move |control| files::load(&path, control))?;
     let stats = counts(&drawing);
     Ok(Drawing { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: None })
 }
@@ -249,13 +247,13 @@ impl Polygons {
         let mut polygons = Self::default();
         let mut area = 0;
         for index in (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == ink) {
-            let (exterior, holes) = drawing.region_rings(index, FLATTENING_TOLERANCE);
+            let (exterior, holes) = drawing.region_rings(index);
             polygons.push(area, exterior);
             holes.into_iter().for_each(|hole| polygons.push(area, hole));
             area += 1;
         }
         for index in (0..drawing.stipples.len()).filter(|i| drawing.stipples[*i].ink == ink) {
-            polygons.push(area, drawing.stipple_outline(index, FLATTENING_TOLERANCE));
+            polygons.push(area, drawing.stipple_outline(index, drawing.flattening_tolerance()));
             area += 1;
         }
         polygons
@@ -295,7 +293,7 @@ pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &CoreDrawing, index: 
     let Some(region) = drawing.regions.get(index) else {
         return Err(errors::invalid(format!("there is no region {index}: the drawing has {}", drawing.regions.len())));
     };
-    let (exterior, holes) = drawing.region_rings(index, FLATTENING_TOLERANCE);
+    let (exterior, holes) = drawing.region_rings(index);
     let holes = holes.into_iter().map(|hole| arrays::from_pairs(py, hole)).collect::<PyResult<_>>()?;
     Ok((arrays::from_pairs(py, exterior)?, holes, drawing.region_area(index), region.ink as u8))
 }

@@ -18,9 +18,9 @@ pub(crate) use error::in_one_line;
 pub use error::{Error, Result};
 pub use ink::Ink;
 pub(crate) use noise::{mixed, noise};
-pub use paths::FLATTENING_TOLERANCE;
 pub(crate) use paths::{
-    POLYGON_REACH, ROOM, STAR_FILL, circle_polygon, flatten_path, flatten_quad, flattened_edges, is_closed, is_mirrored,
+    POLYGON_REACH, ROOM, STAR_FILL, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flatten_quad, flattened_edges,
+    flattening_steps, flattening_tolerance, is_closed, is_mirrored,
 };
-pub(crate) use plane::{Frame, distance_to_segment};
+pub(crate) use plane::{Frame, Place, distance_to_segment};
 pub use plane::{Side, signed_area};

@@ -4,9 +4,15 @@ use std::sync::OnceLock;
 
 use kurbo::{BezPath, CubicBez, ParamCurve as _, PathEl, Point, QuadBez};
 
-/// How far a flattened outline may lie from the true curve in `regions` and `area`, in pixels: a twentieth of a pixel is below
-/// what any raster or plotter shows, and costs about twice the points of a quarter.
-pub const FLATTENING_TOLERANCE: f64 = 0.05;
+/// How far a flattened outline may lie from the true curve in `regions` and `area`, in units of the drawing's grid. That is a
+/// twentieth of a pixel where the grid has sixteen units to one: below what any raster or plotter shows, for about twice the points
+/// of a quarter. Where nodes are so near to each other that the grid is finer, it is less.
+const FLATTENING_UNITS: f64 = 0.8;
+
+/// How far flattened outlines of a drawing may lie from the true curves, in pixels, if its grid has so many units to one.
+pub(crate) fn flattening_tolerance(units: f64) -> f64 {
+    FLATTENING_UNITS / units
+}
 
 /// No vertex of a circle's polygon lies further from its centre than this many radii: the coarsest polygon has eight sides.
 pub(crate) const POLYGON_REACH: f64 = 1.055;
@@ -51,24 +57,37 @@ pub(crate) fn flatten_path(path: &BezPath, tolerance: f64) -> Vec<[f64; 2]> {
 /// Appends points of a curve, at even steps of its parameter, so that the polygon through them lies within `tolerance` of it; not
 /// its begin.
 pub(crate) fn flatten_quad(quad: &QuadBez, tolerance: f64, points: &mut Vec<Point>) {
-    let bend = (quad.p0.to_vec2() - 2.0 * quad.p1.to_vec2() + quad.p2.to_vec2()).hypot2().sqrt();
-    let steps = (bend / (4.0 * tolerance)).sqrt().ceil().max(1.0);
+    let steps = flattening_steps(bend_of_quad(quad), tolerance);
     points.extend((1..steps as usize).map(|k| quad.eval(k as f64 / steps)));
     points.push(quad.p2);
 }
 
 /// The same for a cubic.
 pub(crate) fn flatten_cubic(cubic: &CubicBez, tolerance: f64, points: &mut Vec<Point>) {
-    let [p0, p1, p2, p3] = [cubic.p0, cubic.p1, cubic.p2, cubic.p3].map(Point::to_vec2);
-    let bend = (p0 - 2.0 * p1 + p2).hypot2().max((p1 - 2.0 * p2 + p3).hypot2()).sqrt();
-    let steps = (0.75 * bend / tolerance).sqrt().ceil().max(1.0);
+    let steps = flattening_steps(bend_of_cubic(cubic), tolerance);
     points.extend((1..steps as usize).map(|k| cubic.eval(k as f64 / steps)));
     points.push(cubic.p3);
 }
 
-/// The sides of a curve's polygon as regions have it.
-pub(crate) fn flattened_edges(path: &BezPath) -> impl Iterator<Item = [[f64; 2]; 2]> {
-    let points = flatten_path(path, FLATTENING_TOLERANCE);
+/// How far a quadratic curve lies from its chord at most, in pixels.
+pub(crate) fn bend_of_quad(quad: &QuadBez) -> f64 {
+    0.25 * (quad.p0.to_vec2() - 2.0 * quad.p1.to_vec2() + quad.p2.to_vec2()).hypot2().sqrt()
+}
+
+/// A bound of the same for a cubic.
+pub(crate) fn bend_of_cubic(cubic: &CubicBez) -> f64 {
+    let [p0, p1, p2, p3] = [cubic.p0, cubic.p1, cubic.p2, cubic.p3].map(Point::to_vec2);
+    0.75 * (p0 - 2.0 * p1 + p2).hypot2().max((p1 - 2.0 * p2 + p3).hypot2()).sqrt()
+}
+
+/// The even steps of its parameter in which a curve of such a bend keeps to a tolerance.
+pub(crate) fn flattening_steps(bend: f64, tolerance: f64) -> f64 {
+    (bend / tolerance).sqrt().ceil().max(1.0)
+}
+
+/// The sides of a curve's polygon.
+pub(crate) fn flattened_edges(path: &BezPath, tolerance: f64) -> impl Iterator<Item = [[f64; 2]; 2]> {
+    let points = flatten_path(path, tolerance);
     let count = if is_closed(path) { points.len() } else { points.len() - 1 };
     (0..count).map(move |k| [points[k], points[(k + 1) % points.len()]])
 }

@@ -3,7 +3,7 @@
 use kurbo::Point;
 
 /// A side of the frame, in the order in which a ring with positive area runs along it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
     /// y = 0.
     Top = 0,
@@ -42,22 +42,32 @@ impl Frame {
         }
     }
 
-    pub(crate) fn perimeter(self) -> f64 {
-        2.0 * (self.width + self.height)
-    }
-
-    /// Distance along the frame from the corner (0, 0), in the positive direction: top, right, bottom, left.
-    pub(crate) fn position(self, p: Point) -> f64 {
-        if p.y <= 0.0 {
-            p.x
-        } else if p.x >= self.width {
-            self.width + p.y
-        } else if p.y >= self.height {
-            self.width + self.height + (self.width - p.x)
+    /// The place of a point on the frame. A corner is where a side begins.
+    pub(crate) fn place(self, p: Point) -> Place {
+        if p.y <= 0.0 && p.x < self.width {
+            Place { side: Side::Top, along: p.x }
+        } else if p.x >= self.width && p.y < self.height {
+            Place { side: Side::Right, along: p.y }
+        } else if p.y >= self.height && p.x > 0.0 {
+            Place { side: Side::Bottom, along: -p.x }
         } else {
-            2.0 * self.width + self.height + (self.height - p.y)
+            Place { side: Side::Left, along: -p.y }
         }
     }
+
+    /// The corners, from (0, 0) on in the positive direction.
+    pub(crate) fn corners(self) -> [Point; 4] {
+        [(0.0, 0.0), (self.width, 0.0), (self.width, self.height), (0.0, self.height)].map(Point::from)
+    }
+}
+
+/// A place on the frame. Places come in the positive direction from the corner (0, 0): top, right, bottom, left. They are compared
+/// by coordinates as they stand, so that nothing is rounded.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub(crate) struct Place {
+    side: Side,
+    /// A coordinate that rises in this direction.
+    along: f64,
 }
 
 /// How far a point is from a segment.

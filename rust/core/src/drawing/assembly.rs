@@ -5,10 +5,12 @@
 //! into an order that depends on the geometry alone, so that a drawing read back from a file is the drawing that was written. What
 //! this module does not do: find out who lies beside a curve (see [`super::sides`] and [`crate::stages::outline`]).
 
+use std::cmp::Ordering;
+
 use kurbo::{BezPath, PathEl, Point, Shape};
 use rayon::prelude::*;
 
-use crate::base::{Error, FLATTENING_TOLERANCE, Frame, Ink, Result, circle_polygon, is_closed, signed_area};
+use crate::base::{Error, Frame, Ink, Place, Result, circle_polygon, is_closed, signed_area};
 use crate::drawing::data::{Drawing, Mark, Region, Ring, RingPart};
 use crate::outlines::{Parts, Stipple};
 
@@ -85,6 +87,37 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     Ok(drawing)
 }
 
+/// What a drawing was put together from, with other dots in the place of its own, or none. Regions come first among its components,
+/// in their order, then the dots.
+///
+/// # Errors
+/// [`Error::Internal`] if a dot lies in no region.
+pub(super) fn parts_with(drawing: &Drawing, dots: &[Option<Stipple>]) -> Result<Parts> {
+    let mut beside = vec![[0; 2]; drawing.curves.len()];
+    let mut around = vec![None; drawing.stipples.len()];
+    let mut on_frame = 0;
+    for (component, region) in (0u32..).zip(&drawing.regions) {
+        for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
+            match *part {
+                // A region runs along a curve with itself on the left, and black is on the left of curves.
+                RingPart::Curve { index, reversed } => beside[index as usize][usize::from(reversed)] = component,
+                RingPart::Stipple { index } => around[index as usize] = Some(component),
+                RingPart::Corner(..) => on_frame = component,
+            }
+        }
+    }
+    let mut inks: Vec<Ink> = drawing.regions.iter().map(|region| region.ink).collect();
+    let mut stipples = Vec::new();
+    for (dot, around) in dots.iter().zip(around).filter_map(|(dot, around)| Some((dot.as_ref()?, around))) {
+        let around = around.ok_or_else(|| Error::Internal("a stipple lies in no region".to_owned()))?;
+        stipples.push((*dot, [inks.len() as u32, around]));
+        inks.push(dot.ink);
+    }
+    let curves = drawing.curves.iter().cloned().zip(beside).collect();
+    let Drawing { width, height, units, .. } = *drawing;
+    Ok(Parts { width, height, units, curves, stipples, inks, on_frame })
+}
+
 /// The uppermost on-curve point of a ring, the leftmost of those; `tops` are those of the curves.
 fn top(drawing: &Drawing, tops: &[Point], ring: &Ring) -> Point {
     let points = ring.parts.iter().map(|part| match *part {
@@ -102,13 +135,13 @@ fn top_of_curve(path: &BezPath) -> Point {
     path.elements().iter().filter_map(PathEl::end_point).min_by(|a, b| from_the_top(*a, *b)).unwrap_or_default()
 }
 
-fn from_the_top(a: Point, b: Point) -> std::cmp::Ordering {
+fn from_the_top(a: Point, b: Point) -> Ordering {
     a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x))
 }
 
 /// Where an open curve meets the frame.
 pub(crate) struct End {
-    pub(crate) position: f64,
+    pub(crate) place: Place,
     pub(crate) curve: u32,
     /// Whether the curve begins here.
     pub(crate) begins: bool,
@@ -129,10 +162,11 @@ pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
         let elements = path.elements();
         for (element, begins) in [(elements.first(), true), (elements.last(), false)] {
             let point = element.and_then(PathEl::end_point).unwrap_or_default();
-            ends.push(End { position: frame.position(point), curve: number, begins });
+            ends.push(End { place: frame.place(point), curve: number, begins });
         }
     }
-    ends.sort_by(|a, b| a.position.total_cmp(&b.position).then(a.curve.cmp(&b.curve)));
+    // Coordinates are numbers.
+    ends.sort_by(|a, b| a.place.partial_cmp(&b.place).unwrap_or(Ordering::Equal).then(a.curve.cmp(&b.curve)));
     ends
 }
 
@@ -140,7 +174,8 @@ pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
 fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: u32) -> Result<Vec<(u32, Ring)>> {
     let ends = ends_on_frame(frame, curves);
     if ends.is_empty() {
-        return Ok(vec![(on_frame, Ring { parts: corners_between(frame, -1.0, frame.perimeter()).collect() })]);
+        let corner = |p: Point| RingPart::Corner(p.x, p.y);
+        return Ok(vec![(on_frame, Ring { parts: frame.corners().map(corner).to_vec() })]);
     }
     // Where the other end of every curve is.
     let mut places = vec![[0usize; 2]; curves.len()];
@@ -160,8 +195,7 @@ fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: 
         while !walked[k] {
             walked[k] = true;
             let next = (k + 1) % ends.len();
-            let lap = if next == 0 { frame.perimeter() } else { 0.0 };
-            parts.extend(corners_between(frame, ends[k].position, ends[next].position + lap));
+            parts.extend(corners_between(frame, ends[k].place, ends[next].place, next == 0));
             let end = &ends[next];
             let [before, _] = around(end);
             if before != component {
@@ -175,19 +209,20 @@ fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: 
     Ok(rings)
 }
 
-/// The corners of the frame strictly between two positions, in the positive direction from the first to the second.
-fn corners_between(frame: Frame, from: f64, to: f64) -> impl Iterator<Item = RingPart> {
-    let (w, h) = (frame.width, frame.height);
-    let corners = [(0.0, (0.0, 0.0)), (w, (w, 0.0)), (w + h, (w, h)), (2.0 * w + h, (0.0, h))];
-    let around = frame.perimeter();
-    let twice = corners.into_iter().chain(corners.map(|(at, corner)| (at + around, corner)));
-    twice.filter(move |(at, _)| *at > from && *at < to).map(|(_, (x, y))| RingPart::Corner(x, y))
+/// The corners of the frame strictly between two places, in the positive direction from the first to the second; `past_begin` says
+/// that the frame's begin lies between.
+fn corners_between(frame: Frame, from: Place, to: Place, past_begin: bool) -> impl Iterator<Item = RingPart> {
+    let corners = frame.corners();
+    let after = corners.into_iter().filter(move |corner| frame.place(*corner) > from && (past_begin || frame.place(*corner) < to));
+    let before = corners.into_iter().filter(move |corner| past_begin && frame.place(*corner) < to);
+    after.chain(before).map(|corner| RingPart::Corner(corner.x, corner.y))
 }
 
 /// The layered order.
 fn put_in_order(drawing: &mut Drawing) {
     let regions = drawing.regions.par_iter().enumerate().map(|(i, region)| (region.enclosed_area, Mark::Region(i as u32)));
-    let dot_area = |s: &Stipple| signed_area(&circle_polygon([s.x, s.y], s.radius, FLATTENING_TOLERANCE));
+    let tolerance = drawing.flattening_tolerance();
+    let dot_area = |s: &Stipple| signed_area(&circle_polygon([s.x, s.y], s.radius, tolerance));
     let stipples = drawing.stipples.par_iter().enumerate().map(|(i, stipple)| (dot_area(stipple), Mark::Stipple(i as u32)));
     let mut order: Vec<(f64, Mark)> = regions.chain(stipples).collect();
     order.par_sort_by(|a, b| b.0.total_cmp(&a.0));

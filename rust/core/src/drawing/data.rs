@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::base::{Checked, Error, FLATTENING_TOLERANCE, Ink, Result, circle_polygon, flatten_path, is_mirrored, signed_area};
+use crate::base::{Checked, Error, Ink, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area};
 use crate::options::Options;
 use crate::outlines::Stipple;
 
@@ -198,14 +198,21 @@ impl Drawing {
         circle_polygon([stipple.x, stipple.y], stipple.radius, tolerance)
     }
 
-    /// A region's exterior and holes as polygons, flattened within `tolerance` px. Rings that two marks share have the same points.
-    pub fn region_rings(&self, index: usize, tolerance: f64) -> (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>) {
+    /// How far flattened outlines may lie from the true curves, in pixels: 0.8 units of the grid, so less where nodes are close.
+    pub fn flattening_tolerance(&self) -> f64 {
+        flattening_tolerance(self.units)
+    }
+
+    /// A region's exterior and holes as polygons, within [`Drawing::flattening_tolerance`]. Rings that two marks share have the same
+    /// points.
+    pub fn region_rings(&self, index: usize) -> (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>) {
         let region = &self.regions[index];
-        let flatten = |ring: &Ring| self.flatten_ring(ring, tolerance);
+        let flatten = |ring: &Ring| self.flatten_ring(ring);
         (flatten(&region.exterior), region.holes.iter().map(flatten).collect())
     }
 
-    fn flatten_ring(&self, ring: &Ring, tolerance: f64) -> Vec<[f64; 2]> {
+    fn flatten_ring(&self, ring: &Ring) -> Vec<[f64; 2]> {
+        let tolerance = self.flattening_tolerance();
         let mut points: Vec<[f64; 2]> = Vec::new();
         for part in &ring.parts {
             let piece = match *part {
@@ -235,9 +242,9 @@ impl Drawing {
         points
     }
 
-    /// Area of a region without its holes, in px^2, as flattened to [`FLATTENING_TOLERANCE`].
+    /// Area of a region without its holes, in px^2, as flattened.
     pub fn region_area(&self, index: usize) -> f64 {
-        let (exterior, holes) = self.region_rings(index, FLATTENING_TOLERANCE);
+        let (exterior, holes) = self.region_rings(index);
         signed_area(&exterior) + holes.iter().map(|hole| signed_area(hole)).sum::<f64>()
     }
 

@@ -3,9 +3,9 @@
 use kurbo::Point;
 use serde::Serialize;
 
-use crate::base::{Error, FLATTENING_TOLERANCE, POLYGON_REACH, Result, distance_to_segment, flattened_edges};
+use crate::base::{Error, POLYGON_REACH, Result, distance_to_segment, flattened_edges};
+use crate::drawing::assembly::{assemble, parts_with};
 use crate::drawing::data::Drawing;
-use crate::drawing::sides::put_together;
 use crate::outlines::Stipple;
 
 /// What [`Drawing::with_least_radius`] did.
@@ -42,7 +42,8 @@ impl Drawing {
             return Ok((self.clone(), DotChanges::default()));
         }
         small.sort_by(|a, b| self.stipples[*b].radius.total_cmp(&self.stipples[*a].radius).then(a.cmp(b)));
-        let reach = least * POLYGON_REACH + FLATTENING_TOLERANCE;
+        let flattening = self.flattening_tolerance();
+        let reach = least * POLYGON_REACH + flattening;
         let bins = Bins::new(self, reach);
         let mut stipples: Vec<Option<Stipple>> = self.stipples.iter().copied().map(Some).collect();
         let mut changes = DotChanges::default();
@@ -56,7 +57,7 @@ impl Drawing {
             let inside =
                 [centre.x, centre.y, self.width as f64 - centre.x, self.height as f64 - centre.y].into_iter().all(|d| d > room);
             let is_free = |obstacle: &Obstacle| match *obstacle {
-                Obstacle::Edge([a, b]) => distance_to_segment(centre, a, b) > room + FLATTENING_TOLERANCE,
+                Obstacle::Edge([a, b]) => distance_to_segment(centre, a, b) > room + flattening,
                 Obstacle::Dot(other) if other as usize == index => true,
                 Obstacle::Dot(other) => stipples[other as usize].is_none_or(|other| {
                     (Point::new(other.x, other.y) - centre).hypot2().sqrt() > room + other.radius * POLYGON_REACH
@@ -70,10 +71,8 @@ impl Drawing {
                 changes.dropped += 1;
             }
         }
-        let left: Vec<Stipple> = stipples.into_iter().flatten().collect();
-        // Without curves and dots, all of the canvas is what the dots lay in.
-        let ground = self.regions[0].ink;
-        let drawing = put_together(self.width, self.height, self.units, self.curves.clone(), left, ground)?;
+        // What lies beside what stays as it is: the place of a dot that goes is filled by what is around it.
+        let drawing = assemble(parts_with(self, &stipples)?)?;
         Ok((Self { provenance: self.provenance.clone(), ..drawing }, changes))
     }
 }
@@ -92,7 +91,7 @@ impl Bins {
         let (columns, rows) = ((drawing.width as f64 / side) as usize + 1, (drawing.height as f64 / side) as usize + 1);
         let mut bins = Self { side, columns, bins: vec![Vec::new(); columns * rows] };
         for curve in &drawing.curves {
-            for edge in flattened_edges(curve) {
+            for edge in flattened_edges(curve, drawing.flattening_tolerance()) {
                 let [a, b] = edge.map(|[x, y]| Point::new(x, y));
                 bins.add(Obstacle::Edge([a, b]), a, b, reach);
             }

@@ -4,12 +4,15 @@
 mod assembly;
 mod data;
 mod least_radius;
+mod loose;
 mod sides;
 mod stats;
+mod sweep;
 
 pub use assembly::assemble;
 pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub use least_radius::DotChanges;
-pub(crate) use sides::{invalid, put_together};
+pub(crate) use loose::{Loose, Shape, invalid};
+pub(crate) use sides::put_together;
 pub use stats::Stats;

@@ -3,7 +3,7 @@
 //! # What is written
 //! AutoCAD 2000's version of the format, the oldest that states its unit, so that no program has to ask how large the drawing is.
 //! Its LWPOLYLINE takes half the bytes of the POLYLINE of release 12. y runs up from the page's lower edge. Curves are flattened
-//! within [`FLATTENING_TOLERANCE`] px of the canvas, circles are CIRCLE. Holes are closed polylines of their own: DXF has
+//! within the drawing's [flattening tolerance](Drawing::flattening_tolerance), circles are CIRCLE. Holes are closed polylines of their own: DXF has
 //! outlines, and what lies inside them is for the program that reads it to decide.
 //!
 //! A flat drawing of one ink has every boundary exactly once, so nothing is cut twice. With both inks each boundary comes twice, on
@@ -16,7 +16,7 @@
 
 use std::fmt::Write;
 
-use crate::base::{FLATTENING_TOLERANCE, Ink, Result, flatten_path};
+use crate::base::{Ink, Result, flatten_path};
 use crate::drawing::Drawing;
 use crate::files::export::Export;
 use crate::files::layers::Outline;
@@ -105,7 +105,7 @@ pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
             match *outline {
                 Outline::Circle { x, y, radius } => writer.circle(&layer.id, [x, y], radius),
                 Outline::Path(ref path) => {
-                    writer.polyline(&layer.id, &flatten_path(path, FLATTENING_TOLERANCE));
+                    writer.polyline(&layer.id, &flatten_path(path, drawing.flattening_tolerance()));
                 }
             }
         }
@@ -306,7 +306,7 @@ mod tests {
             assert!((value - expected).abs() <= 0.0005 + 1e-9, "{value} instead of {expected}");
         }
         let Entity::Polyline(ring) = &found[0].1 else { panic!("{:?}", found[0]) };
-        let (exterior, _) = drawing.region_rings(0, FLATTENING_TOLERANCE);
+        let (exterior, _) = drawing.region_rings(0);
         assert!((signed_area(ring) / mm / mm + signed_area(&exterior)).abs() < 0.5, "turned over, as y is");
         let (low, high) = ring.iter().fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(p[1]), high.max(p[1])));
         assert_eq!((low, high), (0.0, 12.7));

@@ -5,7 +5,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::FLATTENING_TOLERANCE;
 use crate::drawing::{Drawing, Provenance};
 
 /// The value of `format` in every file.
@@ -59,7 +58,7 @@ struct Document<'a> {
 pub(super) fn to_json(drawing: &Drawing) -> String {
     let dot = |s: &crate::outlines::Stipple| Dot { x: s.x, y: s.y, radius: s.radius, ink: s.ink as u8 };
     let region = |index: usize| {
-        let (exterior, holes) = drawing.region_rings(index, FLATTENING_TOLERANCE);
+        let (exterior, holes) = drawing.region_rings(index);
         let ink = drawing.regions[index].ink as u8;
         let holes = holes.into_iter().map(rounded).collect();
         RegionRings { ink, area: round(drawing.region_area(index)), exterior: rounded(exterior), holes }

@@ -9,8 +9,8 @@
 
 use kurbo::{BezPath, PathEl, Point};
 
-use crate::base::{Frame, Ink, Result, is_closed};
-use crate::drawing::{Drawing, Provenance, invalid, put_together};
+use crate::base::{Control, Ink, Result};
+use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
 use crate::outlines::Stipple;
 use crate::photo::check_size;
 
@@ -95,42 +95,13 @@ impl Contents {
 }
 
 /// The drawing of these curves and dots.
-pub(super) fn rebuild(contents: Contents) -> Result<Drawing> {
+pub(super) fn rebuild(contents: Contents, control: &Control) -> Result<Drawing> {
     let Contents { width, height, units, curves, stipples, ground, provenance } = contents;
     check_size(width, height)?;
-    if !(units.is_finite() && units >= 1.0) {
-        return Err(invalid(format!("its grid has {units} units to a pixel")));
-    }
-    let frame = Frame { width: width as f64, height: height as f64 };
-    for (number, curve) in curves.iter().enumerate() {
-        check_curve(curve, frame).map_err(|what| invalid(format!("curve {number} {what}")))?;
-    }
-    for (number, dot) in stipples.iter().enumerate() {
-        let reach = [dot.x, dot.y, frame.width - dot.x, frame.height - dot.y].into_iter().fold(f64::INFINITY, f64::min);
-        if !(dot.radius > 0.0 && dot.radius <= reach) {
-            return Err(invalid(format!("stipple {number} does not lie on the canvas")));
-        }
-    }
-    let drawing = put_together(width, height, units, curves, stipples, ground)?;
-    Ok(Drawing { provenance, ..drawing })
-}
-
-fn check_curve(curve: &BezPath, frame: Frame) -> std::result::Result<(), &'static str> {
-    let elements = curve.elements();
-    let points = || elements.iter().filter_map(PathEl::end_point);
-    let moves = elements.iter().filter(|element| matches!(element, PathEl::MoveTo(_))).count();
-    let (Some(first), Some(last)) = (points().next(), points().next_back()) else {
-        return Err("is empty");
+    let names = |shape: Shape| match shape {
+        Shape::Curve(number) => format!("curve {number}"),
+        Shape::Stipple(number) => format!("stipple {number}"),
     };
-    if moves != 1 || elements.len() < 2 {
-        return Err("is not one curve");
-    }
-    let on_canvas = |p: Point| p.x >= 0.0 && p.y >= 0.0 && p.x <= frame.width && p.y <= frame.height;
-    if !points().all(on_canvas) || !elements.iter().all(PathEl::is_finite) {
-        return Err("leaves the canvas");
-    }
-    if !is_closed(curve) && (frame.holds(first) || frame.holds(last)) {
-        return Err("is neither closed nor goes from frame to frame");
-    }
-    Ok(())
+    let drawing = put_together(Loose { width, height, units, curves, stipples, ground }, &names, control)?;
+    Ok(Drawing { provenance, ..drawing })
 }

@@ -4,7 +4,7 @@ use kurbo::BezPath;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::base::{Ink, Result};
+use crate::base::{Control, Ink, Result};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::{Canvas, Dot, FORMAT};
 use crate::files::load::{Contents, rebuild};
@@ -14,7 +14,7 @@ use crate::outlines::Stipple;
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
-pub(super) fn from_json(text: &str) -> Result<Drawing> {
+pub(super) fn from_json(text: &str, control: &Control) -> Result<Drawing> {
     #[derive(Deserialize)]
     struct Region {
         ink: u8,
@@ -41,7 +41,7 @@ pub(super) fn from_json(text: &str) -> Result<Drawing> {
     let curve = |(number, data): (usize, &String)| {
         BezPath::from_svg(data).map_err(|error| invalid(format!("curve {number} is no path data ({error})")))
     };
-    rebuild(Contents {
+    let contents = Contents {
         width: document.canvas.width,
         height: document.canvas.height,
         units: document.units,
@@ -54,5 +54,6 @@ pub(super) fn from_json(text: &str) -> Result<Drawing> {
             options: document.options,
             rest: document.rest,
         },
-    })
+    };
+    rebuild(contents, control)
 }

@@ -2,7 +2,7 @@
 
 use kurbo::{BezPath, Point};
 
-use crate::base::{Error, Ink, Result};
+use crate::base::{Control, Error, Ink, Result};
 use crate::drawing::{Drawing, invalid};
 use crate::files::json::NAMES;
 use crate::files::load::{Contents, Subpath, rebuild};
@@ -13,7 +13,7 @@ use crate::photo::check_size;
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
-pub(super) fn from_svg(text: &str) -> Result<Drawing> {
+pub(super) fn from_svg(text: &str, control: &Control) -> Result<Drawing> {
     let document = roxmltree::Document::parse(text).map_err(invalid)?;
     let about = document.descendants().find(|node| node.has_tag_name((NAMESPACE, "drawing")));
     let about = about.ok_or_else(|| invalid("it does not say how it was made"))?;
@@ -65,7 +65,7 @@ pub(super) fn from_svg(text: &str) -> Result<Drawing> {
             PathReader::new(data, contents.units).read(|shape| contents.add(shape, ink))?;
         }
     }
-    rebuild(contents)
+    rebuild(contents, control)
 }
 
 /// Reads the path data that [`super::svg`] writes: relative commands, every subpath closed.

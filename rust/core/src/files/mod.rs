@@ -17,7 +17,7 @@ mod pdf;
 pub mod raster;
 mod svg;
 
-use crate::base::{Checked, Error, Result};
+use crate::base::{Checked, Control, Error, Result};
 use crate::drawing::Drawing;
 
 pub use export::{Export, SETTINGS, Setting, named_length};
@@ -40,7 +40,7 @@ pub struct Format {
     fits: fn(&Export, usize, usize) -> Result<()>,
     write: fn(&Drawing, &Export) -> Result<Vec<u8>>,
     /// Reads a drawing back from a file's text, where the format holds all of it.
-    read: Option<fn(&str) -> Result<Drawing>>,
+    read: Option<fn(&str, &Control) -> Result<Drawing>>,
 }
 
 /// What every vector format takes.
@@ -199,13 +199,13 @@ impl Writer {
 /// Reads a drawing back from the bytes of a file that [`Writer::write`] made, of a format that holds all of it.
 ///
 /// # Errors
-/// [`Error::Input`] if they are something else, [`Error::Option`] if the format does not hold enough.
-pub fn load(bytes: &[u8], format: Format) -> Result<Drawing> {
+/// [`Error::Input`] if they are something else, [`Error::Option`] if the format does not hold enough, [`Error::Cancelled`].
+pub fn load(bytes: &[u8], format: Format, control: &Control) -> Result<Drawing> {
     let Some(read) = format.read else {
         return Err(Error::option("suffix", format!(".{}", format.suffix), Format::suffixes_to_load()));
     };
     let text = std::str::from_utf8(bytes).map_err(|_| Error::Input("the file is not text in UTF-8".into()))?;
-    read(text)
+    read(text, control)
 }
 
 fn fits_on_paper(export: &Export, width: usize, height: usize) -> Result<()> {
@@ -248,9 +248,9 @@ mod tests {
 
     #[test]
     fn what_does_not_hold_a_drawing_is_not_loaded() {
-        let error = load(b"", Format::of_suffix("dxf").unwrap()).unwrap_err().to_string();
+        let error = load(b"", Format::of_suffix("dxf").unwrap(), &Control::new()).unwrap_err().to_string();
         assert_eq!(error, "suffix is .dxf, but it must be .svg or .json");
-        let error = load(b"\xff", Format::of_suffix("svg").unwrap()).unwrap_err().to_string();
+        let error = load(b"\xff", Format::of_suffix("svg").unwrap(), &Control::new()).unwrap_err().to_string();
         assert_eq!(error, "the file is not text in UTF-8");
     }
 }

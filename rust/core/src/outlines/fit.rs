@@ -8,7 +8,7 @@
 
 use kurbo::{BezPath, Point, QuadBez, Vec2};
 
-use crate::base::{Frame, Side};
+use crate::base::{Frame, Side, flattening_tolerance};
 use crate::outlines::simplify::Simplifier;
 use crate::outlines::sleeve::{CrossingEdge, Sleeve};
 use crate::outlines::spline::{FINER_GRIDS, Spline, joints, snap, spacing, units_per_pixel};
@@ -38,7 +38,7 @@ impl Fit {
     /// encloses `area` px^2 if it is given, or else that of its polygon of crossings. An open contour begins and ends on the given
     /// sides of the frame.
     pub(super) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], area: Option<f64>, ends: Option<[Side; 2]>) -> BezPath {
-        let sleeve = Sleeve::new(edges, crossings, ends, self.frame);
+        let sleeve = Sleeve::new(edges, crossings, ends, self.frame, flattening_tolerance(self.units));
         let outline = self.full_outline(area, ends, &sleeve);
         let outline = if self.tolerance > 0.0 {
             Simplifier::new(self.tolerance, self.spacing, self.units, &outline, &sleeve).run()

@@ -9,7 +9,7 @@
 
 use kurbo::{Point, QuadBez, Vec2};
 
-use crate::base::{FLATTENING_TOLERANCE, Frame, Side, flatten_quad};
+use crate::base::{Frame, Side, flatten_quad};
 
 /// How near to the end of an edge a curve may cross it, as a fraction of its length. Smaller would allow slivers; larger would
 /// turn more corners sharp and split more curves.
@@ -51,6 +51,8 @@ pub(super) struct Sleeve<'a> {
     cells: Vec<Cell>,
     closed: bool,
     frame: Frame,
+    /// How far curves may lie from their polygons, in pixels.
+    flattening: f64,
 }
 
 /// A convex cell: to the left of its sides.
@@ -66,7 +68,13 @@ impl Cell {
 }
 
 impl<'a> Sleeve<'a> {
-    pub(super) fn new(edges: &'a [CrossingEdge], crossings: &'a [Point], ends: Option<[Side; 2]>, frame: Frame) -> Self {
+    pub(super) fn new(
+        edges: &'a [CrossingEdge],
+        crossings: &'a [Point],
+        ends: Option<[Side; 2]>,
+        frame: Frame,
+        flattening: f64,
+    ) -> Self {
         let n = edges.len();
         // With black on the left of the way, an edge has what comes before on its left from white to black.
         let between = |[black, white]: CrossingEdge, [next_black, next_white]: CrossingEdge| {
@@ -85,7 +93,7 @@ impl<'a> Sleeve<'a> {
                 std::iter::once(first).chain(inner).chain(std::iter::once(last)).collect()
             }
         };
-        Self { edges, crossings, cells, closed: ends.is_none(), frame }
+        Self { edges, crossings, cells, closed: ends.is_none(), frame, flattening }
     }
 
     /// The number of a cell or edge that was counted on beyond the end of a closed contour, up to two rounds.
@@ -163,7 +171,7 @@ impl<'a> Sleeve<'a> {
             [FINE, 1.0].iter().all(|part| {
                 scratch.clear();
                 scratch.push(quad.p0);
-                flatten_quad(quad, part * FLATTENING_TOLERANCE, scratch);
+                flatten_quad(quad, part * self.flattening, scratch);
                 self.holds(scratch, first, last, directions)
             })
         })

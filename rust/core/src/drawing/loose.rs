@@ -1,0 +1,193 @@
+//! Curves and dots of which it is not known yet what lies beside them, as files hold them; and whether they can be a drawing's.
+//!
+//! # What a drawing is
+//! Curves are closed, or go from frame to frame; on-curve points lie on the canvas, and control points no further outside than the
+//! canvas is wide and high. Flattened, all but the ends of open curves lies inside the frame, and nothing touches or crosses anything,
+//! itself included. Dots touch nothing. Time is n log n and memory linear in the number of points.
+
+use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
+use rayon::prelude::*;
+
+use crate::base::{
+    Control, Error, Frame, Ink, Result, bend_of_cubic, bend_of_quad, flatten_path, flattening_steps, flattening_tolerance,
+    is_closed,
+};
+use crate::drawing::sweep::{Line, Meeting, Swept, Top, sweep};
+use crate::outlines::Stipple;
+
+/// The finest grid of a drawing, units to a pixel. Drawings have a few to some hundreds.
+const MOST_UNITS: f64 = (1 << 20) as f64;
+
+/// The most points that curves may be flattened to: so many, and so many more for each of their pieces. Drawings come to a few a
+/// piece.
+const MOST_POINTS: f64 = (1 << 22) as f64;
+const MOST_POINTS_A_PIECE: f64 = 16.0;
+
+/// Sides of the polygon around a dot's circle: as many as make it lie inside the coarsest polygon that a dot has.
+const SIDES: usize = 10;
+
+/// What is said of curves and dots that are no drawing: only a file can hold such.
+pub(crate) fn invalid(what: impl std::fmt::Display) -> Error {
+    Error::Input(format!("this is not a drawing that graphstipple wrote: {what}"))
+}
+
+/// Curves and dots, on a canvas.
+pub(crate) struct Loose {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) units: f64,
+    /// Black on their left.
+    pub(crate) curves: Vec<BezPath>,
+    pub(crate) stipples: Vec<Stipple>,
+    /// Ink of the canvas if there is nothing on it.
+    pub(crate) ground: Ink,
+}
+
+/// A curve or a dot, by its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shape {
+    Curve(usize),
+    Stipple(usize),
+}
+
+/// What shapes are called where they stand.
+pub(crate) type Names<'a> = &'a (dyn Fn(Shape) -> String + Sync);
+
+impl Loose {
+    pub(super) fn frame(&self) -> Frame {
+        Frame { width: self.width as f64, height: self.height as f64 }
+    }
+
+    /// The shape of a line of the sweep: curves come first.
+    pub(super) fn shape(&self, line: u32) -> Shape {
+        let line = line as usize;
+        if line < self.curves.len() { Shape::Curve(line) } else { Shape::Stipple(line - self.curves.len()) }
+    }
+
+    /// The uppermost points of all curves and dots, from the first to the last, with what lies beside them; if they are such as a
+    /// drawing has.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that says of which shape this is not so, [`Error::Cancelled`].
+    pub(super) fn check(&self, names: Names, control: &Control) -> Result<Vec<Top>> {
+        if !(self.units >= 1.0 && self.units <= MOST_UNITS && self.units.log2().fract() == 0.0) {
+            let told =
+                format!("its grid has {} units to a pixel, but there must be a power of two from 1 to {MOST_UNITS}", self.units);
+            return Err(invalid(told));
+        }
+        let refused = |(shape, what): (Shape, &'static str)| invalid(format!("{} {what}", names(shape)));
+        let frame = self.frame();
+        for (number, curve) in self.curves.iter().enumerate() {
+            check_curve(curve, frame).map_err(|what| refused((Shape::Curve(number), what)))?;
+        }
+        for (number, dot) in self.stipples.iter().enumerate() {
+            check_dot(dot, frame).map_err(|what| refused((Shape::Stipple(number), what)))?;
+        }
+        control.check()?;
+        match sweep(&self.lines().map_err(refused)?, control)? {
+            Swept::Apart(tops) => Ok(tops),
+            Swept::Meeting(Meeting { lines: [a, b], at: [x, y] }) => {
+                let name = |line| names(self.shape(line));
+                let what = if a == b { "itself".to_owned() } else { name(b) };
+                Err(invalid(format!("{} touches or crosses {what} near ({x:.1}, {y:.1})", name(a))))
+            }
+        }
+    }
+
+    /// All curves and dots as lines, or the first that is none.
+    fn lines(&self) -> std::result::Result<Vec<Line>, (Shape, &'static str)> {
+        let tolerance = flattening_tolerance(self.units);
+        let mut left = MOST_POINTS;
+        for (number, curve) in self.curves.iter().enumerate() {
+            left += MOST_POINTS_A_PIECE * curve.elements().len() as f64 - flattened_count(curve, tolerance);
+            if left < 0.0 {
+                return Err((Shape::Curve(number), "bends further than curves of a drawing do"));
+            }
+        }
+        let frame = self.frame();
+        let line = |(number, curve): (usize, &BezPath)| {
+            let points = flatten_path(curve, tolerance);
+            let closed = is_closed(curve);
+            let inner = if closed { &points[..] } else { &points[1..points.len() - 1] };
+            let refused = |what| (Shape::Curve(number), what);
+            if !inner.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
+                return Err(refused("touches or crosses the edge of the canvas"));
+            }
+            Line::new(points.into_iter(), closed).ok_or_else(|| refused("encloses nothing"))
+        };
+        let of_curves = self.curves.par_iter().enumerate().map(line);
+        let around = polygon_around();
+        let of_dots = self.stipples.par_iter().enumerate().map(|(number, dot)| {
+            let points = around.iter().map(|[x, y]| [dot.x + dot.radius * x, dot.y + dot.radius * y]);
+            Line::new(points, true).ok_or((Shape::Stipple(number), "is too small"))
+        });
+        of_curves.chain(of_dots).collect()
+    }
+}
+
+/// A regular polygon around the unit circle.
+fn polygon_around() -> [[f64; 2]; SIDES] {
+    let step = std::f64::consts::TAU / SIDES as f64;
+    let reach = 1.0 / libm::cos(0.5 * step);
+    std::array::from_fn(|k| {
+        let (sin, cos) = libm::sincos(k as f64 * step);
+        [reach * cos, reach * sin]
+    })
+}
+
+/// How many points a curve is flattened to, at most.
+fn flattened_count(curve: &BezPath, tolerance: f64) -> f64 {
+    let mut at = Point::ZERO;
+    let mut count = 0.0;
+    for element in curve.elements() {
+        count += match *element {
+            PathEl::QuadTo(c, p) => flattening_steps(bend_of_quad(&QuadBez::new(at, c, p)), tolerance),
+            PathEl::CurveTo(c, d, p) => flattening_steps(bend_of_cubic(&CubicBez::new(at, c, d, p)), tolerance),
+            _ => 1.0,
+        };
+        at = element.end_point().unwrap_or(at);
+    }
+    count
+}
+
+fn check_curve(curve: &BezPath, frame: Frame) -> std::result::Result<(), &'static str> {
+    let elements = curve.elements();
+    let is_one = matches!(elements, [PathEl::MoveTo(_), rest @ ..] if !rest.is_empty()
+        && rest.iter().all(|element| !matches!(element, PathEl::MoveTo(_)))
+        && rest[..rest.len() - 1].iter().all(|element| *element != PathEl::ClosePath));
+    if !is_one {
+        return Err("is not one curve");
+    }
+    if !elements.iter().all(PathEl::is_finite) {
+        return Err("has coordinates that are no numbers");
+    }
+    let within = |p: Point, margin: f64| {
+        let [x, y] = [frame.width, frame.height].map(|side| -margin * side..=(1.0 + margin) * side);
+        x.contains(&p.x) && y.contains(&p.y)
+    };
+    let stays = |element: &PathEl| match *element {
+        PathEl::MoveTo(p) | PathEl::LineTo(p) => within(p, 0.0),
+        PathEl::QuadTo(c, p) => within(c, 1.0) && within(p, 0.0),
+        PathEl::CurveTo(c, d, p) => within(c, 1.0) && within(d, 1.0) && within(p, 0.0),
+        PathEl::ClosePath => true,
+    };
+    if !elements.iter().all(stays) {
+        return Err("leaves the canvas");
+    }
+    let on_frame = |element: Option<&PathEl>| element.and_then(PathEl::end_point).is_some_and(|p| !frame.holds(p));
+    let has_ends = !is_closed(curve);
+    if has_ends && [elements.first(), elements.last()].into_iter().any(|end| !on_frame(end)) {
+        return Err("is neither closed nor goes from frame to frame");
+    }
+    Ok(())
+}
+
+fn check_dot(dot: &Stipple, frame: Frame) -> std::result::Result<(), &'static str> {
+    let reach = [dot.x, dot.y, frame.width - dot.x, frame.height - dot.y].into_iter().fold(f64::INFINITY, f64::min);
+    let is_on_canvas = [dot.x, dot.y, dot.radius].into_iter().all(f64::is_finite) && dot.radius <= reach;
+    match dot.radius > 0.0 {
+        true if is_on_canvas => Ok(()),
+        true => Err("does not lie on the canvas"),
+        false => Err("has no radius above 0"),
+    }
+}
