@@ -381,3 +381,12 @@ def test_dots_are_dropped_where_there_is_no_room() -> None:
 def test_a_least_dot_that_is_none(length: Any) -> None:
     with pytest.raises(gs.InvalidInputError, match="min_dot is"):
         drawn("astronaut").with_min_dot(length)
+
+
+@pytest.mark.parametrize("density", [0.3, 4.0, 16.0])
+def test_polygons_have_the_area_of_the_picture_however_close_nodes_are(density: float) -> None:
+    options = options_with(density=density, nodes_per_pixel=0.9 * density)
+    drawing = gs.draw(photo("camera", 60, 45), options=options)
+    white, black = (drawing.to_shapely(ink).area / (60 * 45) for ink in ("white", "black"))
+    assert white + black == pytest.approx(1, abs=1e-9)
+    assert white == pytest.approx(drawing.rasterize(60 * 16).mean() / 255, abs=0.002)

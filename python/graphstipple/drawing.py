@@ -55,7 +55,7 @@ class Graph(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A region of the flat picture: one exterior and its holes, curves flattened to within 0.05 px.
+    """A region of the flat picture: one exterior and its holes, curves flattened to within 0.05 px, or less where nodes are close.
 
     Parameters
     ----------
@@ -302,7 +302,7 @@ class Drawing:
         """Return all areas of an ink as one shapely geometry, for plotters, maps and measurements.
 
         Its polygons are the regions of that ink with their holes, in the order of `regions`, then the stipples, in the order of
-        `stipples`, as polygons: curves are flattened to within 0.05 px and neighbours share their points. So the polygons of both
+        `stipples`, as polygons: curves are flattened as for `regions` and neighbours share their points. So the polygons of both
         inks are disjoint and their areas add up to the canvas. Coordinates are pixels of the canvas, y running down.
 
         Parameters

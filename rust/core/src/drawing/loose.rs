@@ -191,3 +191,81 @@ fn check_dot(dot: &Stipple, frame: Frame) -> std::result::Result<(), &'static st
         false => Err("has no radius above 0"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::put_together;
+
+    /// Puts together curves, given as path data, and black dots, on a canvas of 40 x 20.
+    fn made(curves: &[&str], dots: &[[f64; 3]]) -> Result<crate::Drawing> {
+        let curves = curves.iter().map(|data| BezPath::from_svg(data).unwrap()).collect();
+        let dot = |[x, y, radius]: &[f64; 3]| Stipple { x: *x, y: *y, radius: *radius, ink: Ink::Black, level: 0 };
+        let stipples = dots.iter().map(dot).collect();
+        let loose = Loose { width: 40, height: 20, units: 16.0, curves, stipples, ground: Ink::White };
+        put_together(loose, &|shape| format!("{shape:?}"), &Control::new())
+    }
+
+    fn told(curves: &[&str], dots: &[[f64; 3]]) -> String {
+        let error = made(curves, dots).unwrap_err().to_string();
+        error.strip_prefix("this is not a drawing that graphstipple wrote: ").unwrap().to_owned()
+    }
+
+    /// Black, the other way around white.
+    const RING: &str = "M10 5 L30 5 L30 15 L10 15 Z";
+
+    #[test]
+    fn shapes_that_touch_nothing_are_a_drawing() {
+        let drawing = made(&[RING, "M12 7 L12 13 L20 13 L20 7 Z", "M2 0 L0 2"], &[[14.0, 10.0, 1.9], [18.0, 10.0, 1.9]]).unwrap();
+        let areas: Vec<f64> = (0..drawing.regions.len()).map(|region| drawing.region_area(region)).collect();
+        let dots = 2.0 * std::f64::consts::PI * 1.9 * 1.9;
+        let expected = [2.0, 800.0 - 2.0 - 200.0, 200.0 - 48.0, 48.0 - dots];
+        for area in expected {
+            assert!(areas.iter().any(|found| (found - area).abs() < 1e-9), "{area} is not among {areas:?}");
+        }
+        assert_eq!(areas.len(), expected.len());
+    }
+
+    #[test]
+    fn what_is_no_drawing_is_told_of_its_shape() {
+        for (curves, dots, sentence) in [
+            (vec![RING, RING], vec![], "Curve(0) touches or crosses Curve(1) near (10.0, 5.0)"),
+            (vec!["M5 5 L9 9 L9 5 L5 9 Z"], vec![], "Curve(0) touches or crosses itself near (5.0, 5.0)"),
+            (vec!["M0 5 L40 15", "M0 15 L40 5"], vec![], "Curve(0) touches or crosses Curve(1) near (0.0, 5.0)"),
+            (vec!["M0 5 L40 5", "M0 15 L40 15"], vec![], "Curve(0) is black towards Curve(1), which is white there"),
+            (vec![RING, "M12 7 L20 7 L20 13 Z"], vec![], "Curve(1) is white towards Curve(0), which is black there"),
+            (vec!["M5 5 L9 5 L5 5 Z"], vec![], "Curve(0) encloses nothing"),
+            (vec!["M5 5 L9 5 L9 9"], vec![], "Curve(0) is neither closed nor goes from frame to frame"),
+            (vec!["M0 5 L50 5"], vec![], "Curve(0) leaves the canvas"),
+            (vec!["M1 5 Q9 1e14 9 5 Z"], vec![], "Curve(0) leaves the canvas"),
+            (vec!["M1 5 Q5 -8 9 5 Z"], vec![], "Curve(0) touches or crosses the edge of the canvas"),
+            (vec!["M1 5 L9 5 L9 9 Z M11 5 L19 5 L19 9 Z"], vec![], "Curve(0) is not one curve"),
+            (vec![], vec![[5.0, 5.0, 2.0], [8.0, 5.0, 1.0]], "Stipple(0) touches or crosses Stipple(1) near (7.1, 4.4)"),
+            (vec![], vec![[5.0, 5.0, 4.0], [5.0, 5.0, 1.0]], "Stipple(1) lies in Stipple(0)"),
+            (vec![], vec![[5.0, 5.0, 6.0]], "Stipple(0) does not lie on the canvas"),
+            (vec![], vec![[5.0, 5.0, 0.0]], "Stipple(0) has no radius above 0"),
+            (vec![RING], vec![[20.0, 10.0, 2.0]], "Stipple(0) is black and lies in black"),
+            (vec![RING], vec![[9.0, 10.0, 1.0]], "Curve(0) touches or crosses Stipple(0) near (9.3, 9.0)"),
+        ] {
+            let told = told(&curves, &dots);
+            let part = |text: &str| text.split(" near ").next().unwrap_or_default().to_owned();
+            assert_eq!(part(&told), part(sentence), "{curves:?} {dots:?}: {told}");
+        }
+    }
+
+    #[test]
+    fn work_is_bounded_before_it_begins() {
+        // Each bends by the height of the canvas.
+        let units = MOST_UNITS;
+        let quads = "Q39 -19 1 10 Q-39 39 39 10 ".repeat(4000);
+        let curves = vec![BezPath::from_svg(&format!("M39 10 {quads}Z")).unwrap()];
+        let loose = Loose { width: 40, height: 20, units, curves, stipples: vec![], ground: Ink::White };
+        let error = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap_err().to_string();
+        assert!(error.ends_with("Curve(0) bends further than curves of a drawing do"), "{error}");
+        for units in [0.5, 3.0, f64::NAN, f64::INFINITY, 2.0 * MOST_UNITS, -16.0] {
+            let loose = Loose { width: 40, height: 20, units, curves: vec![], stipples: vec![], ground: Ink::White };
+            let error = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap_err().to_string();
+            assert!(error.ends_with("but there must be a power of two from 1 to 1048576"), "{error}");
+        }
+    }
+}

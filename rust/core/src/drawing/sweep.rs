@@ -71,6 +71,13 @@ pub(super) struct Meeting {
     pub(super) at: [f64; 2],
 }
 
+impl Meeting {
+    fn of(mut lines: [u32; 2], at: [f64; 2]) -> Self {
+        lines.sort_unstable();
+        Self { lines, at }
+    }
+}
+
 /// What a sweep comes to.
 pub(super) enum Swept {
     /// No two lines meet: the tops of all lines, from the first to the last.
@@ -96,7 +103,7 @@ pub(super) fn sweep(lines: &[Line], control: &Control) -> Result<Swept> {
         }
         let at = group[0].point;
         if let Some(lines) = chains.collision(group) {
-            return Ok(Swept::Meeting(Meeting { lines, at }));
+            return Ok(Swept::Meeting(Meeting::of(lines, at)));
         }
         let met = match chains.kind(group[0]) {
             Kind::Between => front.advance(group[0].chain),
@@ -114,7 +121,7 @@ pub(super) fn sweep(lines: &[Line], control: &Control) -> Result<Swept> {
             }
         };
         if let Some([a, b]) = met {
-            return Ok(Swept::Meeting(Meeting { lines: [a, b].map(|chain| chains.line(chain)), at }));
+            return Ok(Swept::Meeting(Meeting::of([a, b].map(|chain| chains.line(chain)), at)));
         }
     }
     Ok(Swept::Apart(tops))
@@ -383,10 +390,7 @@ mod tests {
     fn meeting(lines: &[Line]) -> Option<[u32; 2]> {
         match sweep(lines, &Control::new()).unwrap() {
             Swept::Apart(_) => None,
-            Swept::Meeting(Meeting { mut lines, .. }) => {
-                lines.sort_unstable();
-                Some(lines)
-            }
+            Swept::Meeting(Meeting { lines, .. }) => Some(lines),
         }
     }
 
