@@ -68,10 +68,7 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     for component in (0..count).filter(|c| !is_dot[*c]) {
         let (exterior, enclosed_area) =
             exteriors[component].take().ok_or_else(|| Error::Internal(format!("component {component} has no outer boundary")))?;
-        let mut placed: Vec<(Point, Ring)> =
-            std::mem::take(&mut holes[component]).into_iter().map(|hole| (top(&drawing, &tops, &hole), hole)).collect();
-        placed.sort_by(|a, b| from_the_top(a.0, b.0));
-        let holes = placed.into_iter().map(|(_, hole)| hole).collect();
+        let holes = sorted(&drawing, &tops, std::mem::take(&mut holes[component]));
         let region = Region { ink: parts.inks[component], level: 0, exterior, holes, enclosed_area };
         regions.push((top(&drawing, &tops, &region.exterior), component as u32, region));
     }
@@ -83,6 +80,26 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     put_in_order(&mut drawing);
     find_levels(&mut drawing, &container, &own_of_region, &own_of_stipple)?;
     Ok(drawing)
+}
+
+impl Drawing {
+    /// Puts holes and marks into their order again, after dots have become a little larger or smaller.
+    pub(crate) fn sort_again(&mut self) {
+        let tops: Vec<Point> = self.curves.par_iter().map(top_of_curve).collect();
+        let mut regions = std::mem::take(&mut self.regions);
+        for region in &mut regions {
+            region.holes = sorted(self, &tops, std::mem::take(&mut region.holes));
+        }
+        self.regions = regions;
+        put_in_order(self);
+    }
+}
+
+/// Holes from the top down.
+fn sorted(drawing: &Drawing, tops: &[Point], holes: Vec<Ring>) -> Vec<Ring> {
+    let mut placed: Vec<(Point, Ring)> = holes.into_iter().map(|hole| (top(drawing, tops, &hole), hole)).collect();
+    placed.sort_by(|a, b| from_the_top(a.0, b.0));
+    placed.into_iter().map(|(_, hole)| hole).collect()
 }
 
 /// The uppermost on-curve point of a ring, the leftmost of those; `tops` are those of the curves.

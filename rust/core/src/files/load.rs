@@ -5,12 +5,13 @@
 //! beside what is found again from the geometry: next to a curve lies what its nearest neighbour to the left has on its right. Then
 //! the drawing is put together as it was when it was made (see [`assemble`](crate::stages::assemble)), and is the same.
 //!
-//! What this module does not do: read files of other programs, or our own after another program changed their paths.
+//! What this module does not do: read files of other programs.
 
 use kurbo::{BezPath, PathEl, Point};
 
 use crate::base::{Frame, Ink, Result, is_closed};
 use crate::drawing::{Drawing, Provenance, invalid, put_together};
+use crate::files::sources::Sources;
 use crate::outlines::Stipple;
 use crate::photo::check_size;
 
@@ -25,6 +26,8 @@ pub(super) struct Contents {
     /// Ink of the canvas if there is nothing on it.
     pub(super) ground: Ink,
     pub(super) provenance: Provenance,
+    /// Where the curves and dots stand in the file.
+    pub(super) sources: Sources,
 }
 
 /// A subpath.
@@ -96,19 +99,19 @@ impl Contents {
 
 /// The drawing of these curves and dots.
 pub(super) fn rebuild(contents: Contents) -> Result<Drawing> {
-    let Contents { width, height, units, curves, stipples, ground, provenance } = contents;
+    let Contents { width, height, units, curves, stipples, ground, provenance, sources } = contents;
     check_size(width, height)?;
     if !(units.is_finite() && units >= 1.0) {
         return Err(invalid(format!("its grid has {units} units to a pixel")));
     }
     let frame = Frame { width: width as f64, height: height as f64 };
     for (number, curve) in curves.iter().enumerate() {
-        check_curve(curve, frame).map_err(|what| invalid(format!("curve {number} {what}")))?;
+        check_curve(curve, frame).map_err(|what| invalid(format!("{} {what}", sources.curve(number))))?;
     }
     for (number, dot) in stipples.iter().enumerate() {
         let reach = [dot.x, dot.y, frame.width - dot.x, frame.height - dot.y].into_iter().fold(f64::INFINITY, f64::min);
         if !(dot.radius > 0.0 && dot.radius <= reach) {
-            return Err(invalid(format!("stipple {number} does not lie on the canvas")));
+            return Err(invalid(format!("{} does not lie on the canvas", sources.stipple(number))));
         }
     }
     let drawing = put_together(width, height, units, curves, stipples, ground)?;

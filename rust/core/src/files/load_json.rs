@@ -8,13 +8,15 @@ use crate::base::{Ink, Result};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::{Canvas, Dot, FORMAT};
 use crate::files::load::{Contents, rebuild};
+use crate::files::sources::Sources;
+use crate::files::text_of;
 use crate::outlines::Stipple;
 
-/// Reads the text of a JSON file that [`super::json::to_json`] wrote.
+/// Reads a JSON file that [`super::json::to_json`] wrote.
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
-pub(super) fn from_json(text: &str) -> Result<Drawing> {
+pub(super) fn from_json(bytes: &[u8]) -> Result<Drawing> {
     #[derive(Deserialize)]
     struct Region {
         ink: u8,
@@ -33,7 +35,7 @@ pub(super) fn from_json(text: &str) -> Result<Drawing> {
         #[serde(flatten)]
         rest: Map<String, Value>,
     }
-    let document: Document = serde_json::from_str(text).map_err(invalid)?;
+    let document: Document = serde_json::from_str(text_of(bytes)?).map_err(invalid)?;
     if document.format != FORMAT {
         return Err(invalid(format!("its format is \"{}\", but it must be \"{FORMAT}\"", document.format)));
     }
@@ -54,5 +56,6 @@ pub(super) fn from_json(text: &str) -> Result<Drawing> {
             options: document.options,
             rest: document.rest,
         },
+        sources: Sources::default(),
     })
 }
