@@ -100,7 +100,7 @@ fn points(drawing: &Drawing, way: &Way, bytes: &[u8]) -> Option<usize> {
 
 /// Coordinate pairs of the layers, with so many for a quadratic curve.
 fn pairs(drawing: &Drawing, way: &Way, for_quadratic: usize) -> usize {
-    let layers = drawing.layers(way.style, way.inks).layers;
+    let layers = drawing.layers(way.style, way.inks, None).layers;
     let areas = layers.iter().flat_map(|layer| &layer.areas);
     let outlines = areas.flat_map(|area| std::iter::once(&area.exterior).chain(&area.holes));
     let of_element = |element: &PathEl| match element {

@@ -87,12 +87,21 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     Ok(drawing)
 }
 
+impl Drawing {
+    /// The drawing with other dots in the place of its own, or none: what lies beside what stays as it is, and the place of a dot that
+    /// goes is filled by what is around it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if a dot lies in no region.
+    pub(crate) fn with_dots(&self, dots: &[Option<Stipple>]) -> Result<Self> {
+        let drawing = assemble(parts_with(self, dots)?)?;
+        Ok(Self { provenance: self.provenance.clone(), ..drawing })
+    }
+}
+
 /// What a drawing was put together from, with other dots in the place of its own, or none. Regions come first among its components,
 /// in their order, then the dots.
-///
-/// # Errors
-/// [`Error::Internal`] if a dot lies in no region.
-pub(super) fn parts_with(drawing: &Drawing, dots: &[Option<Stipple>]) -> Result<Parts> {
+fn parts_with(drawing: &Drawing, dots: &[Option<Stipple>]) -> Result<Parts> {
     let mut beside = vec![[0; 2]; drawing.curves.len()];
     let mut around = vec![None; drawing.stipples.len()];
     let mut on_frame = 0;

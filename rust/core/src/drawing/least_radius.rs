@@ -4,7 +4,6 @@ use kurbo::Point;
 use serde::Serialize;
 
 use crate::base::{Error, POLYGON_REACH, Result, distance_to_segment, flattened_edges};
-use crate::drawing::assembly::{assemble, parts_with};
 use crate::drawing::data::Drawing;
 use crate::outlines::Stipple;
 
@@ -71,9 +70,7 @@ impl Drawing {
                 changes.dropped += 1;
             }
         }
-        // What lies beside what stays as it is: the place of a dot that goes is filled by what is around it.
-        let drawing = assemble(parts_with(self, &stipples)?)?;
-        Ok((Self { provenance: self.provenance.clone(), ..drawing }, changes))
+        Ok((self.with_dots(&stipples)?, changes))
     }
 }
 

@@ -23,8 +23,9 @@ const MOST_UNITS: f64 = (1 << 20) as f64;
 const MOST_POINTS: f64 = (1 << 22) as f64;
 const MOST_POINTS_A_PIECE: f64 = 16.0;
 
-/// Sides of the polygon around a dot's circle: as many as make it lie inside the coarsest polygon that a dot has.
-const SIDES: usize = 10;
+/// Sides of the polygon around a dot's circle: as many as make it lie inside the coarsest polygon that a dot has, even if its radius was
+/// rounded for a file.
+const SIDES: usize = 16;
 
 /// What is said of curves and dots that are no drawing: only a file can hold such.
 pub(crate) fn invalid(what: impl std::fmt::Display) -> Error {

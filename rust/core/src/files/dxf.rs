@@ -8,7 +8,8 @@
 //!
 //! A flat drawing of one ink has every boundary exactly once, so nothing is cut twice. With both inks each boundary comes twice, on
 //! different layers. DXF layers have the ids of the drawing's layers; black ones have colour 7 (black on white paper), white ones
-//! colour 1 (red), a painted paper is a rectangle of colour 8 (grey) on the layer `paper`.
+//! colour 1 (red). A painted paper is a rectangle on the layer `paper`, of the number of the nearest
+//! colour, or of 8 (grey) where none was asked for.
 //!
 //! # Why by hand
 //! The format is pairs of lines, the file a fixed frame around them. The crate `dxf` brings twenty others, puts the time and random
@@ -90,15 +91,17 @@ const OBJECTS: &str = "\
 /// Linear in the number of points.
 pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, export.inks);
+    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
     let mut names: Vec<(&str, u8)> = vec![("0", 7)];
-    names.extend(layers.paper.map(|_| ("paper", 8)));
+    // Outlines cover nothing, so none needs an underlay.
+    let paper = layers.grounds.iter().find(|ground| ground.id == "paper");
+    names.extend(paper.map(|paper| (paper.id, export.paper.as_ref().map_or(GREY, |colour| nearest_colour(colour.rgb())))));
     names.extend(layers.layers.iter().map(|layer| (layer.id.as_str(), colour(layer.ink))));
 
     let mut writer = Writer::new(placement, FIRST_HANDLE + names.len());
-    if layers.paper.is_some() {
-        let (width, height) = (drawing.width as f64, drawing.height as f64);
-        writer.polyline("paper", &[[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]);
+    if let Some(paper) = paper {
+        let [left, top, right, bottom] = paper.rectangle([drawing.width, drawing.height], &placement);
+        writer.polyline(paper.id, &[[left, top], [right, top], [right, bottom], [left, bottom]]);
     }
     for layer in &layers.layers {
         for outline in layer.areas.iter().flat_map(|area| std::iter::once(&area.exterior).chain(&area.holes)) {
@@ -131,6 +134,30 @@ fn colour(ink: Ink) -> u8 {
         Ink::Black => 7,
         Ink::White => 1,
     }
+}
+
+/// The colour of a paper that nobody has chosen.
+const GREY: u8 = 8;
+
+/// The number of the colour that is nearest to an sRGB one: files of AutoCAD 2000 have numbers for colours and nothing else.
+///
+/// Programs agree on 24 full hues, their tints, white and grey; what they show for the darker ones differs.
+fn nearest_colour(rgb: [u8; 3]) -> u8 {
+    let hues = (10..250).step_by(10).flat_map(|number| [(number, hue(number, 0)), (number + 1, hue(number, 127))]);
+    let distance = |other: [u8; 3]| -> i32 { rgb.iter().zip(other).map(|(a, b)| (i32::from(*a) - i32::from(b)).pow(2)).sum() };
+    let all = hues.chain([(255, [255; 3]), (GREY, [128; 3])]);
+    all.min_by_key(|(_, other)| distance(*other)).expect("there are colours").0
+}
+
+/// The sRGB value of the hue of a number, 10, 20 and so on to 240, whose weakest channel has the value `least`.
+fn hue(number: u8, least: u8) -> [u8; 3] {
+    // In sixths of the circle: a channel is full within one of its own place, and weakest from two on.
+    let hue = f64::from(number / 10 - 1) / 4.0;
+    [0.0, 2.0, 4.0].map(|place: f64| {
+        let away = (hue - place).rem_euclid(6.0).min((place - hue).rem_euclid(6.0));
+        let least = f64::from(least);
+        (least + (255.0 - least) * (2.0 - away).clamp(0.0, 1.0)) as u8
+    })
 }
 
 /// Appends group codes and values that are separated by bars, each on a line of its own.
@@ -360,5 +387,20 @@ mod tests {
         assert_eq!(write(0.75, 7), (3, "10\n0.007\n".into()));
         assert_eq!(write(0.001, 1_234_567), (6, "10\n1.234567\n".into()));
         assert_eq!(write(1e-9, 1).0, MOST_DECIMALS);
+    }
+
+    #[test]
+    fn a_paper_is_a_rectangle_of_the_nearest_colour() {
+        for (rgb, number) in [([255; 3], 255), ([128, 120, 130], 8), ([255, 0, 0], 10), ([255, 160, 120], 21), ([0, 60, 250], 160)]
+        {
+            assert_eq!(nearest_colour(rgb), number, "{rgb:?}");
+        }
+        let mut export = Export { paper: Some("#ff0000".parse().unwrap()), inks: Inks::Both, ..Export::default() };
+        export.layout.margin = "96px".parse().unwrap();
+        let text = to_dxf(&samples::nested(), &export).unwrap();
+        assert!(text.contains("\n2\npaper\n70\n0\n62\n10\n") && !text.contains("underlay"), "{text}");
+        // An inch of margin around 64 x 48 px.
+        let page = "8\npaper\n100\nAcDbPolyline\n90\n4\n70\n1\n10\n0.0\n20\n63.5\n10\n67.733\n20\n63.5\n10\n67.733\n20\n0.0\n10\n0.0\n20\n0.0\n";
+        assert!(text.contains(page), "{text}");
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! What this module does not do: compress, and clip: nothing lies outside the canvas.
 
-use crate::base::{Ink, Result};
+use crate::base::Result;
 use crate::drawing::Drawing;
 use crate::files::cubic::{self, Piece, UNITS_PER_PIXEL};
 use crate::files::export::Export;
@@ -45,7 +45,7 @@ end
 /// Linear in the number of coordinates.
 pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, export.inks);
+    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
     let [width, height] = placement.page;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let mut writer = Writer { text: String::with_capacity(1024 + 36 * elements + 24 * drawing.stipples.len()), line: 0 };
@@ -62,13 +62,14 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
         placement.scale / UNITS_PER_PIXEL,
         -placement.scale / UNITS_PER_PIXEL,
     ));
-    if let Some(ink) = layers.paper {
-        writer.begin("Paper", ink);
-        let (right, bottom) = (cubic::units(drawing.width as f64), cubic::units(drawing.height as f64));
-        writer.text.push_str(&format!("0 0 m {right} 0 l {right} {bottom} l 0 {bottom} l h f\n%%EndObject\n"));
+    for ground in &layers.grounds {
+        writer.begin(ground.label, ground.rgb);
+        let sides = ground.rectangle([drawing.width, drawing.height], &placement);
+        let [left, top, right, bottom] = sides.map(|v| decimal(v * UNITS_PER_PIXEL));
+        writer.text.push_str(&format!("{left} {top} m {right} {top} l {right} {bottom} l {left} {bottom} l h f\n%%EndObject\n"));
     }
     for layer in &layers.layers {
-        writer.begin(&layer.label, layer.ink);
+        writer.begin(&layer.label, layers.colour(layer.ink));
         writer.fill(&layer.areas);
         writer.text.push_str("%%EndObject\n");
     }
@@ -76,9 +77,9 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     Ok(writer.text)
 }
 
-/// A length in points, short and exact enough for a bounding box.
-fn decimal(points: f64) -> f64 {
-    (points * 1e4).round() / 1e4
+/// A length in points or units, short and exact enough for a box.
+fn decimal(length: f64) -> f64 {
+    (length * 1e4).round() / 1e4 + 0.0
 }
 
 /// Writes words separated by spaces, and line ends where a line would become too long.
@@ -89,12 +90,11 @@ struct Writer {
 }
 
 impl Writer {
-    fn begin(&mut self, label: &str, ink: Ink) {
-        let grey = match ink {
-            Ink::Black => 0,
-            Ink::White => 1,
-        };
-        self.text.push_str(&format!("%%BeginObject: {label}\n{grey} setgray\n"));
+    fn begin(&mut self, label: &str, rgb: [u8; 3]) {
+        let [red, green, blue] = rgb.map(|v| decimal(f64::from(v) / 255.0));
+        let colour =
+            if red == green && green == blue { format!("{red} setgray") } else { format!("{red} {green} {blue} setrgbcolor") };
+        self.text.push_str(&format!("%%BeginObject: {label}\n{colour}\n"));
     }
 
     fn fill(&mut self, areas: &[Area]) {
@@ -211,6 +211,19 @@ mod tests {
         let text = to_eps(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
         assert!(text.contains("\n1005 1530 150 i f\n") || text.contains(" 1005 1530 150 i f\n"), "{text}");
         assert!(text.contains("%%BeginObject: Paper\n0 setgray\n0 0 m 4096 0 l 4096 3072 l 0 3072 l h f\n%%EndObject\n"));
+    }
+
+    #[test]
+    fn a_paper_covers_the_page_and_both_inks_lie_on_black() {
+        let layout = Layout { margin: "8px".parse().unwrap(), ..Layout::default() };
+        let paper = Some("#ff8000".parse().unwrap());
+        let text = to_eps(&samples::nested(), &Export { layout, paper, inks: Inks::Both, ..Export::default() }).unwrap();
+        let page = "-512 -512 m 4608 -512 l 4608 3584 l -512 3584 l h f\n%%EndObject\n";
+        let canvas = "0 0 m 4096 0 l 4096 3072 l 0 3072 l h f\n%%EndObject\n";
+        let expected = format!(
+            "%%BeginObject: Paper\n1 0.502 0 setrgbcolor\n{page}%%BeginObject: Underlay\n0 setgray\n{canvas}%%BeginObject: Black"
+        );
+        assert!(text.contains(&expected), "{text}");
     }
 
     #[test]

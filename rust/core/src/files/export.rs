@@ -3,9 +3,30 @@
 //! Every setting is declared once, in [`SETTINGS`]: the command line has a flag of each, and so has Python's `save` an argument.
 //! Which of them a format takes is for the table of formats to say.
 
-use crate::base::{Checked, Error, Result, in_one_line};
+use crate::base::{Checked, Color, Error, Ink, Result, in_one_line};
+use crate::files::layers::colours;
 use crate::files::{Layout, Length, Page, Style};
-use crate::options::{Inks, Typed, Value};
+use crate::options::{Audience, Inks, Typed, Value, words};
+
+words! {
+    /// What the elements of an SVG are.
+    Elements {
+        /// A compound path for all marks of a layer, in pieces where it would be too long.
+        Layers = "layers",
+        /// An element for every mark: a circle for a dot, a path with its holes for a region.
+        Marks = "marks",
+    }
+}
+
+words! {
+    /// What the dots of an SVG are.
+    Dots {
+        /// Circles, exactly as they are drawn.
+        Circles = "circles",
+        /// Short strokes with round caps, a path for all dots of a radius; radii are rounded to few.
+        Strokes = "strokes",
+    }
+}
 
 /// How a drawing is written. What a format has no use for is left alone.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -14,6 +35,12 @@ pub struct Export {
     pub style: Style,
     /// What a flat drawing is written with.
     pub inks: Inks,
+    /// What covers the whole page, margins included; nothing by default, and the page is transparent.
+    pub paper: Option<Color>,
+    /// What the elements of an SVG are.
+    pub elements: Elements,
+    /// What the dots of an SVG are.
+    pub dots: Dots,
     /// The size on paper, and the resolution of pixels.
     pub layout: Layout,
     /// Whether a PNG holds black and white alone, one bit a pixel, instead of antialiased grey.
@@ -35,6 +62,8 @@ pub struct Setting {
     pub allowed: &'static str,
     /// Whether it is about the size on paper.
     pub is_size: bool,
+    /// Who turns it.
+    pub audience: Audience,
     /// Sets the field if the value is of its type.
     set: fn(&mut Export, &Value) -> Option<()>,
     /// For what a format without it cannot give, and so refuses instead of leaving it alone: the value, where it is given.
@@ -50,6 +79,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "flat",
         allowed: "\"flat\" or \"layered\"",
         is_size: false,
+        audience: Audience::Everyday,
         set: |export, value| Style::read(value).map(|style| export.style = style),
         refused: None,
     },
@@ -60,7 +90,46 @@ pub const SETTINGS: &[Setting] = &[
         default: "black, or as the preset suggests",
         allowed: "\"black\", \"white\" or \"both\"",
         is_size: false,
+        audience: Audience::Everyday,
         set: |export, value| Inks::read(value).map(|inks| export.inks = inks),
+        refused: None,
+    },
+    Setting {
+        name: "paper",
+        value_name: "COLOR",
+        sentence: "Colour of the whole page, margins included; white marks that are paper have it too",
+        default: "none: what is not drawn is transparent, in a PNG white",
+        allowed: "\"none\", or a colour: white, black, #rrggbb or #rgb",
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| {
+            let is_none = matches!(value, Value::Word(word) if word == "none");
+            let paper = if is_none { None } else { Some(Color::read(value)?) };
+            export.paper = paper;
+            Some(())
+        },
+        refused: None,
+    },
+    Setting {
+        name: "elements",
+        value_name: "ELEMENTS",
+        sentence: "Elements of an SVG: one path a layer (layers), or one element a mark (marks), to be picked by itself",
+        default: "layers",
+        allowed: "\"layers\" or \"marks\"",
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| Elements::read(value).map(|elements| export.elements = elements),
+        refused: None,
+    },
+    Setting {
+        name: "dots",
+        value_name: "DOTS",
+        sentence: "Dots of an SVG: circles, or short strokes with round caps for small files (strokes)",
+        default: "circles",
+        allowed: "\"circles\" or \"strokes\"",
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| Dots::read(value).map(|dots| export.dots = dots),
         refused: None,
     },
     Setting {
@@ -70,6 +139,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "grey edges",
         allowed: "True or False",
         is_size: false,
+        audience: Audience::Everyday,
         set: |export, value| bool::read(value).map(|one_bit| export.one_bit = one_bit),
         refused: Some(|export| export.one_bit.then(|| "True".to_owned())),
     },
@@ -80,6 +150,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "what fits the page, or a px for a pixel",
         allowed: Length::ALLOWED,
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| length(value).map(|width| export.layout.width = Some(width)),
         refused: None,
     },
@@ -90,6 +161,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "0",
         allowed: Length::ALLOWED,
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| length(value).map(|margin| export.layout.margin = margin),
         refused: None,
     },
@@ -100,6 +172,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "none",
         allowed: Page::ALLOWED,
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| {
             let Value::Word(text) = value else { return None };
             text.parse().ok().map(|page: Page| export.layout.page = Some(page))
@@ -113,6 +186,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "300 on paper",
         allowed: "a number between 1 and 10000 pixels per inch",
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| f64::read(value).map(|dpi| export.layout.dpi = Some(dpi)),
         refused: Some(|export| export.layout.dpi.map(|dpi| dpi.to_string())),
     },
@@ -156,6 +230,22 @@ impl Export {
         if self.style == Style::Layered && self.inks == Inks::White {
             return Err(Error::option("inks", "white", "left out when style is layered: a layered drawing has both inks"));
         }
+        if self.elements == Elements::Marks && self.dots == Dots::Strokes {
+            let rule = "left out when elements is marks: a stroke for each dot is no shorter than its circle";
+            return Err(Error::option("dots", "strokes", rule));
+        }
+        if let Some(paper) = &self.paper {
+            let [black, white] = colours(self.style, self.inks, Some(paper));
+            if black == white {
+                let ink = if self.inks == Inks::White { Ink::White } else { Ink::Black };
+                let rule = format!("another colour than {0}: nothing drawn in {0} ink would show on it", ink.name());
+                return Err(Error::option("paper", paper, rule));
+            }
+            if self.one_bit && ![black, white].contains(&paper.rgb()) {
+                let rule = "left out with both inks on coloured paper: black, white and the paper's are three colours";
+                return Err(Error::option("one_bit", "True", rule));
+            }
+        }
         self.layout.validate()?;
         Ok(Checked::of(self))
     }
@@ -175,6 +265,9 @@ mod tests {
         for (name, value) in [
             ("style", word("layered")),
             ("inks", word("both")),
+            ("paper", word("#1aF")),
+            ("elements", word("marks")),
+            ("dots", word("strokes")),
             ("one_bit", Value::Switch(true)),
             ("width", word("20cm")),
             ("margin", Value::Whole(5)),
@@ -188,8 +281,12 @@ mod tests {
         let length = |text: &str| text.parse::<Length>().unwrap();
         let layout =
             Layout { width: Some(length("20cm")), margin: length("5px"), page: Some("letter".parse().unwrap()), dpi: Some(600.0) };
-        assert_eq!(export, Export { style: Style::Layered, inks: Inks::Both, layout, one_bit: true });
-        export.check().unwrap();
+        let paper = Some("#1aF".parse().unwrap());
+        let (elements, dots) = (Elements::Marks, Dots::Strokes);
+        assert_eq!(export, Export { style: Style::Layered, inks: Inks::Both, paper, elements, dots, layout, one_bit: true });
+        export.set("paper", &word("none")).unwrap();
+        assert_eq!(export.paper, None);
+        Export { elements: Elements::Layers, ..export }.check().unwrap();
     }
 
     #[test]
@@ -198,6 +295,11 @@ mod tests {
         assert_eq!(message("style", &word("flatt")), "style is \"flatt\", but it must be \"flat\" or \"layered\"");
         assert_eq!(message("one_bit", &Value::Whole(1)), "one_bit is 1, but it must be True or False");
         assert_eq!(message("dpi", &word("fine")), "dpi is \"fine\", but it must be a number between 1 and 10000 pixels per inch");
+        let rule = "but it must be \"none\", or a colour: white, black, #rrggbb or #rgb";
+        assert_eq!(message("paper", &word("red")), format!("paper is \"red\", {rule}"));
+        assert_eq!(message("paper", &Value::Whole(0)), format!("paper is 0, {rule}"));
+        assert_eq!(message("elements", &word("dots")), "elements is \"dots\", but it must be \"layers\" or \"marks\"");
+        assert_eq!(message("dots", &word("dot")), "dots is \"dot\", but it must be \"circles\" or \"strokes\"");
         for wrong in [word("5 parsecs"), word(""), Value::Number(-1.0), Value::Number(f64::NAN), Value::Switch(true)] {
             let told = message("width", &wrong);
             assert!(told.starts_with(&format!("width is {wrong}, but it must be a number, at least 0, with mm")), "{told}");
@@ -205,6 +307,26 @@ mod tests {
         assert!(message("page", &Value::Whole(4)).starts_with("page is 4, but it must be A3, A4"));
         assert_eq!(message("stlye", &word("flat")), "there is no setting stlye of how a drawing is written");
         assert!(named_length("min_dot", &word("x")).unwrap_err().to_string().starts_with("min_dot is \"x\", but it must be"));
+    }
+
+    #[test]
+    fn what_would_not_show_or_does_not_go_together_is_refused() {
+        let told = |export: Export| export.check().err().map(|error| error.to_string());
+        let on = |paper: &str| Export { paper: Some(paper.parse().unwrap()), ..Export::default() };
+        let rule = "but it must be another colour than black: nothing drawn in black ink would show on it";
+        assert_eq!(told(on("#000")), Some(format!("paper is #000, {rule}")));
+        assert_eq!(told(Export { style: Style::Layered, ..on("black") }), Some(format!("paper is black, {rule}")));
+        let rule = "but it must be another colour than white: nothing drawn in white ink would show on it";
+        assert_eq!(told(Export { inks: Inks::White, ..on("#ffffff") }), Some(format!("paper is #ffffff, {rule}")));
+        let both = |paper: &str| Export { inks: Inks::Both, one_bit: true, ..on(paper) };
+        let rule = "but it must be left out with both inks on coloured paper: black, white and the paper's are three colours";
+        assert_eq!(told(both("#777")), Some(format!("one_bit is True, {rule}")));
+        let strokes = Export { elements: Elements::Marks, dots: Dots::Strokes, ..Export::default() };
+        let rule = "but it must be left out when elements is marks: a stroke for each dot is no shorter than its circle";
+        assert_eq!(told(strokes), Some(format!("dots is strokes, {rule}")));
+        for shown in [on("white"), on("#010000"), Export { inks: Inks::White, ..on("black") }, both("black"), both("white")] {
+            assert_eq!(told(shown.clone()), None, "{shown:?}");
+        }
     }
 
     #[test]

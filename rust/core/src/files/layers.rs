@@ -3,11 +3,15 @@
 //! In the *flat* way all shapes of an ink are disjoint areas with true holes, so that nothing lies over anything else: what
 //! cutters, plotters and screen printers need. In the *layered* way (the paper's) every mark is a filled disc, and what lies inside
 //! it is painted over it. Both are the same picture. Shapes are closed curves and circles in pixels of the canvas.
+//!
+//! What is not drawn is transparent, unless a paper is asked for: it covers the page. Without one, what the picture needs is painted
+//! under it on the canvas alone: white under a layered drawing, black under white ink.
 
 use kurbo::BezPath;
 
-use crate::base::Ink;
+use crate::base::{Color, Ink};
 use crate::drawing::{Drawing, Mark, Ring, RingPart};
+use crate::files::layout::Placement;
 use crate::options::{Inks, words};
 
 words! {
@@ -36,9 +40,11 @@ pub enum Outline {
     },
 }
 
-/// A filled area. Its holes run against its exterior, so that the even-odd and the nonzero rule fill the same.
+/// What a mark covers: a filled area. Its holes run against its exterior, so that the even-odd and the nonzero rule fill the same.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
+    /// Whose it is.
+    pub mark: Mark,
     /// The outer boundary, of positive turn (from +x towards +y).
     pub exterior: Outline,
     /// The inner boundaries; none in the layered way.
@@ -58,26 +64,85 @@ pub struct Layer {
     pub areas: Vec<Area>,
 }
 
+/// A rectangle under the layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ground {
+    /// Its name in files: `paper` or `underlay`.
+    pub id: &'static str,
+    /// Its name for people.
+    pub label: &'static str,
+    /// Its colour, sRGB.
+    pub rgb: [u8; 3],
+    /// Whether it covers the page with its margins, or else the canvas.
+    pub covers_page: bool,
+}
+
+impl Ground {
+    /// Left, top, right and bottom, in pixels of the canvas.
+    pub fn rectangle(&self, canvas: [usize; 2], placement: &Placement) -> [f64; 4] {
+        if !self.covers_page {
+            return [0.0, 0.0, canvas[0] as f64, canvas[1] as f64];
+        }
+        let [left, top] = placement.origin.map(|v| -v / placement.scale);
+        let [width, height] = placement.page.map(|v| v / placement.scale);
+        [left, top, left + width, top + height]
+    }
+}
+
 /// What a vector file holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layers {
-    /// The colour of the paper where it has to be painted for the picture to come out: white under a layered drawing, black under
-    /// white ink alone. `None` where the page is left as it is.
-    pub paper: Option<Ink>,
+    /// What is painted first: the paper, where there is one, and under both inks of a flat drawing the *underlay*, black, so that
+    /// nothing shines through where their edges meet.
+    pub grounds: Vec<Ground>,
+    /// The colours of black and of white marks, sRGB: white ones have the paper's where they are paper.
+    pub colours: [[u8; 3]; 2],
     /// The layers, to be painted in this order.
     pub layers: Vec<Layer>,
 }
 
+impl Layers {
+    /// The colour of marks.
+    pub fn colour(&self, ink: Ink) -> [u8; 3] {
+        self.colours[ink as usize]
+    }
+}
+
+const BLACK: [u8; 3] = [0; 3];
+const WHITE: [u8; 3] = [255; 3];
+
+/// The colours that black and white parts of the picture have, sRGB: what is not drawn with ink is paper.
+pub(super) fn colours(style: Style, inks: Inks, paper: Option<&Color>) -> [[u8; 3]; 2] {
+    let paper = paper.map(Color::rgb);
+    match (style, inks) {
+        (Style::Flat, Inks::White) => [paper.unwrap_or(BLACK), WHITE],
+        (Style::Flat, Inks::Both) => [BLACK, WHITE],
+        _ => [BLACK, paper.unwrap_or(WHITE)],
+    }
+}
+
 impl Drawing {
-    /// The layers of a vector file. `inks` tells which ink a flat drawing has.
-    pub fn layers(&self, style: Style, inks: Inks) -> Layers {
-        match style {
+    /// The layers of a vector file. `inks` tells which ink a flat drawing has, `paper` the colour of the page, if it has one.
+    pub fn layers(&self, style: Style, inks: Inks, paper: Option<&Color>) -> Layers {
+        let colours = colours(style, inks, paper);
+        // Without it there would be another picture.
+        let needed = match (style, inks) {
+            (Style::Layered, _) => Some(WHITE),
+            (Style::Flat, Inks::White) => Some(BLACK),
+            (Style::Flat, _) => None,
+        };
+        let ground = |rgb, covers_page| Ground { id: "paper", label: "Paper", rgb, covers_page };
+        let paper = paper.map(|paper| ground(paper.rgb(), true)).or_else(|| needed.map(|rgb| ground(rgb, false)));
+        let underlay = Ground { id: "underlay", label: "Underlay", rgb: BLACK, covers_page: false };
+        let has_underlay = style == Style::Flat && inks == Inks::Both;
+        let layers = match style {
             Style::Layered => self.layered(),
             Style::Flat => self.flat(inks),
-        }
+        };
+        Layers { grounds: paper.into_iter().chain(has_underlay.then_some(underlay)).collect(), colours, layers }
     }
 
-    fn layered(&self) -> Layers {
+    fn layered(&self) -> Vec<Layer> {
         let mut layers = Vec::new();
         for (number, level) in (1..).zip(self.levels()) {
             let (stipples, regions): (Vec<Mark>, Vec<Mark>) =
@@ -93,10 +158,10 @@ impl Drawing {
                 }
             }
         }
-        Layers { paper: Some(Ink::White), layers }
+        layers
     }
 
-    fn flat(&self, inks: Inks) -> Layers {
+    fn flat(&self, inks: Inks) -> Vec<Layer> {
         let wanted = |ink: Ink| matches!((inks, ink), (Inks::Both, _) | (Inks::Black, Ink::Black) | (Inks::White, Ink::White));
         let mut layers = Vec::new();
         for ink in [Ink::Black, Ink::White].into_iter().filter(|ink| wanted(*ink)) {
@@ -111,16 +176,16 @@ impl Drawing {
                 }
             }
         }
-        Layers { paper: (inks == Inks::White).then_some(Ink::Black), layers }
+        layers
     }
 
     fn area(&self, mark: Mark, with_holes: bool) -> Area {
         match mark {
-            Mark::Stipple(i) => Area { exterior: self.circle(i), holes: Vec::new() },
+            Mark::Stipple(i) => Area { mark, exterior: self.circle(i), holes: Vec::new() },
             Mark::Region(i) => {
                 let region = &self.regions[i as usize];
                 let holes = if with_holes { region.holes.iter().map(|hole| self.outline(hole)).collect() } else { Vec::new() };
-                Area { exterior: self.outline(&region.exterior), holes }
+                Area { mark, exterior: self.outline(&region.exterior), holes }
             }
         }
     }

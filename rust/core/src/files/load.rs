@@ -5,12 +5,13 @@
 //! beside what is found again from the geometry: next to a curve lies what its nearest neighbour to the left has on its right. Then
 //! the drawing is put together as it was when it was made (see [`assemble`](crate::stages::assemble)), and is the same.
 //!
-//! What this module does not do: read files of other programs, or our own after another program changed their paths.
+//! What this module does not do: read files of other programs.
 
 use kurbo::{BezPath, PathEl, Point};
 
 use crate::base::{Control, Ink, Result};
 use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
+use crate::files::sources::Sources;
 use crate::outlines::Stipple;
 use crate::photo::check_size;
 
@@ -25,6 +26,8 @@ pub(super) struct Contents {
     /// Ink of the canvas if there is nothing on it.
     pub(super) ground: Ink,
     pub(super) provenance: Provenance,
+    /// Where the curves and dots stand in the file.
+    pub(super) sources: Sources,
 }
 
 /// A subpath.
@@ -96,11 +99,11 @@ impl Contents {
 
 /// The drawing of these curves and dots.
 pub(super) fn rebuild(contents: Contents, control: &Control) -> Result<Drawing> {
-    let Contents { width, height, units, curves, stipples, ground, provenance } = contents;
+    let Contents { width, height, units, curves, stipples, ground, provenance, sources } = contents;
     check_size(width, height)?;
     let names = |shape: Shape| match shape {
-        Shape::Curve(number) => format!("curve {number}"),
-        Shape::Stipple(number) => format!("stipple {number}"),
+        Shape::Curve(number) => sources.curve(number),
+        Shape::Stipple(number) => sources.stipple(number),
     };
     let drawing = put_together(Loose { width, height, units, curves, stipples, ground }, &names, control)?;
     Ok(Drawing { provenance, ..drawing })

@@ -8,13 +8,15 @@ use crate::base::{Control, Ink, Result};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::{Canvas, Dot, FORMAT};
 use crate::files::load::{Contents, rebuild};
+use crate::files::sources::Sources;
+use crate::files::text_of;
 use crate::outlines::Stipple;
 
-/// Reads the text of a JSON file that [`super::json::to_json`] wrote.
+/// Reads a JSON file that [`super::json::to_json`] wrote.
 ///
 /// # Errors
 /// [`Error::Input`] if it is something else.
-pub(super) fn from_json(text: &str, control: &Control) -> Result<Drawing> {
+pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
     #[derive(Deserialize)]
     struct Document {
         format: String,
@@ -29,7 +31,7 @@ pub(super) fn from_json(text: &str, control: &Control) -> Result<Drawing> {
         #[serde(flatten)]
         rest: Map<String, Value>,
     }
-    let document: Document = serde_json::from_str(text).map_err(invalid)?;
+    let document: Document = serde_json::from_str(text_of(bytes)?).map_err(invalid)?;
     if document.format != FORMAT {
         return Err(invalid(format!("its format is \"{}\", but it must be \"{FORMAT}\"", document.format)));
     }
@@ -53,6 +55,7 @@ pub(super) fn from_json(text: &str, control: &Control) -> Result<Drawing> {
             options: document.options,
             rest: document.rest,
         },
+        sources: Sources::default(),
     };
     let drawing = rebuild(contents, control)?;
     check_regions(&document.regions, &drawing)?;

@@ -15,13 +15,18 @@ mod load_json;
 mod load_svg;
 mod pdf;
 pub mod raster;
+mod read_path;
+mod sources;
+mod strokes;
 mod svg;
+mod svgz;
+mod write_path;
 
 use crate::base::{Checked, Control, Error, Result};
 use crate::drawing::Drawing;
 
-pub use export::{Export, SETTINGS, Setting, named_length};
-pub use layers::{Area, Layer, Layers, Outline, Style};
+pub use export::{Dots, Elements, Export, SETTINGS, Setting, named_length};
+pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
 
 /// A format that drawings are written in. [`Format::ALL`] is the table of them: the suffix says which one a file has, and help,
@@ -39,12 +44,18 @@ pub struct Format {
     /// Whether the drawing can have the size on paper, or in pixels, that is asked for.
     fits: fn(&Export, usize, usize) -> Result<()>,
     write: fn(&Drawing, &Export) -> Result<Vec<u8>>,
-    /// Reads a drawing back from a file's text, where the format holds all of it.
-    read: Option<fn(&str, &Control) -> Result<Drawing>>,
+    /// Reads a drawing back from a file's bytes, where the format holds all of it.
+    read: Option<Read>,
 }
 
+/// What reads a drawing back from the bytes of its file.
+type Read = fn(&[u8], &Control) -> Result<Drawing>;
+
 /// What every vector format takes.
-const OF_VECTORS: &[&str] = &["style", "inks", "width", "margin", "page"];
+const OF_VECTORS: &[&str] = &["style", "inks", "paper", "width", "margin", "page"];
+
+/// What SVG takes.
+const OF_SVG: &[&str] = &["style", "inks", "paper", "elements", "dots", "width", "margin", "page"];
 
 impl Format {
     /// All formats.
@@ -53,10 +64,19 @@ impl Format {
             suffix: "svg",
             name: "SVG",
             holds: "curves and circles in named layers, with the options and the version",
-            settings: OF_VECTORS,
+            settings: OF_SVG,
             fits: fits_on_paper,
             write: |drawing, export| svg::to_svg(drawing, export).map(String::into_bytes),
             read: Some(load_svg::from_svg),
+        },
+        Self {
+            suffix: "svgz",
+            name: "compressed SVG",
+            holds: "the SVG in a third to a half of its bytes",
+            settings: OF_SVG,
+            fits: fits_on_paper,
+            write: svgz::to_svgz,
+            read: Some(svgz::from_svgz),
         },
         Self {
             suffix: "pdf",
@@ -89,7 +109,8 @@ impl Format {
             suffix: "png",
             name: "PNG",
             holds: "grey pixels with smooth edges, or black and white ones",
-            settings: &["width", "margin", "page", "dpi", "one_bit"],
+            // Style and inks make a difference on coloured paper.
+            settings: &["style", "inks", "paper", "width", "margin", "page", "dpi", "one_bit"],
             fits: raster::fits,
             write: raster::to_png,
             read: None,
@@ -204,8 +225,12 @@ pub fn load(bytes: &[u8], format: Format, control: &Control) -> Result<Drawing> 
     let Some(read) = format.read else {
         return Err(Error::option("suffix", format!(".{}", format.suffix), Format::suffixes_to_load()));
     };
-    let text = std::str::from_utf8(bytes).map_err(|_| Error::Input("the file is not text in UTF-8".into()))?;
-    read(text, control)
+    read(bytes, control)
+}
+
+/// A file as text.
+fn text_of(bytes: &[u8]) -> Result<&str> {
+    std::str::from_utf8(bytes).map_err(|_| Error::Input("the file is not text in UTF-8".into()))
 }
 
 fn fits_on_paper(export: &Export, width: usize, height: usize) -> Result<()> {
@@ -226,7 +251,7 @@ mod tests {
             }
         }
         let suffixes = Format::suffixes();
-        assert!(suffixes.starts_with(".svg, .pdf, ") && suffixes.ends_with(" or .json"), "{suffixes}");
+        assert!(suffixes.starts_with(".svg, .svgz, ") && suffixes.ends_with(" or .json"), "{suffixes}");
         assert_eq!(suffixes.matches('.').count(), Format::ALL.len());
         let error = Format::of_suffix("gif").unwrap_err().to_string();
         assert_eq!(error, format!("suffix is gif, but it must be {suffixes}"));
@@ -249,7 +274,7 @@ mod tests {
     #[test]
     fn what_does_not_hold_a_drawing_is_not_loaded() {
         let error = load(b"", Format::of_suffix("dxf").unwrap(), &Control::new()).unwrap_err().to_string();
-        assert_eq!(error, "suffix is .dxf, but it must be .svg or .json");
+        assert_eq!(error, "suffix is .dxf, but it must be .svg, .svgz or .json");
         let error = load(b"\xff", Format::of_suffix("svg").unwrap(), &Control::new()).unwrap_err().to_string();
         assert_eq!(error, "the file is not text in UTF-8");
     }

@@ -12,7 +12,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 
-use crate::base::{Error, Ink, Result};
+use crate::base::{Error, Result};
 use crate::drawing::Drawing;
 use crate::files::cubic::{self, Piece, UNITS_PER_PIXEL};
 use crate::files::export::Export;
@@ -38,30 +38,42 @@ const COMPRESSION: Compression = Compression::new(5);
 /// Linear in the number of coordinates.
 pub(super) fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, export.inks);
-    let groups: Vec<Group<'_>> = groups(&layers);
+    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
+    let groups: Vec<Group<'_>> = groups(&layers, [drawing.width, drawing.height], &placement);
 
     let mut encoder = ZlibEncoder::new(Vec::new(), COMPRESSION);
     encoder
-        .write_all(&content(&groups, &placement, [drawing.width, drawing.height]))
+        .write_all(&content(&groups, &placement))
         .and_then(|()| encoder.finish())
         .map_err(|error| Error::Internal(format!("the PDF's content cannot be compressed: {error}")))
         .map(|compressed| document(&groups, &placement, &compressed))
 }
 
-/// An optional content group: the paper or a layer.
+/// An optional content group: what lies under the layers, or a layer.
 struct Group<'a> {
     id: &'a str,
     label: &'a str,
-    ink: Ink,
-    /// `None` is the whole canvas.
-    areas: Option<&'a [Area]>,
+    rgb: [u8; 3],
+    shapes: Shapes<'a>,
 }
 
-fn groups(layers: &Layers) -> Vec<Group<'_>> {
-    let paper = layers.paper.map(|ink| Group { id: "paper", label: "Paper", ink, areas: None });
-    let of_layer = layers.layers.iter().map(|l| Group { id: &l.id, label: &l.label, ink: l.ink, areas: Some(&l.areas) });
-    paper.into_iter().chain(of_layer).collect()
+/// What is filled.
+enum Shapes<'a> {
+    /// Left, top, right and bottom, in pixels.
+    Rectangle([f64; 4]),
+    Areas(&'a [Area]),
+}
+
+fn groups<'a>(layers: &'a Layers, canvas: [usize; 2], placement: &Placement) -> Vec<Group<'a>> {
+    let under = layers.grounds.iter().map(|ground| {
+        let shapes = Shapes::Rectangle(ground.rectangle(canvas, placement));
+        Group { id: ground.id, label: ground.label, rgb: ground.rgb, shapes }
+    });
+    let of_layer = layers.layers.iter().map(|layer| {
+        let shapes = Shapes::Areas(&layer.areas);
+        Group { id: &layer.id, label: &layer.label, rgb: layers.colour(layer.ink), shapes }
+    });
+    under.chain(of_layer).collect()
 }
 
 /// How many points a unit of the page is.
@@ -113,7 +125,7 @@ fn document(groups: &[Group<'_>], placement: &Placement, content: &[u8]) -> Vec<
 }
 
 /// What is painted on the page.
-fn content(groups: &[Group<'_>], placement: &Placement, [width, height]: [usize; 2]) -> Vec<u8> {
+fn content(groups: &[Group<'_>], placement: &Placement) -> Vec<u8> {
     let mut content = Content::new();
     let unit = user_unit(placement);
     let scale = (placement.scale / UNITS_PER_PIXEL / unit) as f32;
@@ -122,19 +134,27 @@ fn content(groups: &[Group<'_>], placement: &Placement, [width, height]: [usize;
     content.transform([scale, 0.0, 0.0, -scale, x as f32, y as f32]);
     for group in groups {
         content.begin_marked_content_with_properties(Name(b"OC")).properties_named(Name(group.id.as_bytes()));
-        content.set_fill_gray(match group.ink {
-            Ink::Black => 0.0,
-            Ink::White => 1.0,
-        });
-        match group.areas {
-            None => {
-                content.rect(0.0, 0.0, cubic::units(width as f64) as f32, cubic::units(height as f64) as f32).fill_nonzero();
+        set_colour(&mut content, group.rgb);
+        match group.shapes {
+            Shapes::Rectangle(sides) => {
+                let [left, top, right, bottom] = sides.map(|v| (v * UNITS_PER_PIXEL) as f32);
+                content.rect(left, top, right - left, bottom - top).fill_nonzero();
             }
-            Some(areas) => fill(&mut content, areas),
+            Shapes::Areas(areas) => fill(&mut content, areas),
         }
         content.end_marked_content();
     }
     content.finish().into_vec()
+}
+
+/// Sets what is filled with: grey where the colour is one, so that a press prints it with black alone.
+fn set_colour(content: &mut Content, rgb: [u8; 3]) {
+    let [red, green, blue] = rgb.map(|v| f32::from(v) / 255.0);
+    if red == green && green == blue {
+        content.set_fill_gray(red);
+    } else {
+        content.set_fill_rgb(red, green, blue);
+    }
 }
 
 /// Fills areas of one ink.
@@ -177,6 +197,7 @@ mod tests {
     use std::io::Read;
 
     use super::*;
+    use crate::base::Ink;
     use crate::files::layers::Style;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
@@ -233,6 +254,23 @@ mod tests {
         let scratchboard = to_pdf(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
         let content = content_of(&scratchboard);
         assert!(content.contains("/OC /paper BDC\n0 g\n0 0 4096 3072 re\nf\nEMC\n/OC /white-regions BDC\n1 g\n"), "{content}");
+    }
+
+    #[test]
+    fn a_paper_covers_the_page_and_both_inks_lie_on_black() {
+        let mut export = Export { paper: Some("#ff8000".parse().unwrap()), ..Export::default() };
+        export.layout.margin = "8px".parse().unwrap();
+        let orange = |export: &Export| content_of(&to_pdf(&samples::nested(), export).unwrap());
+        let paper = "/OC /paper BDC\n1 0.5019608 0 rg\n-512 -512 5120 4096 re\nf\nEMC\n";
+        assert!(orange(&export).contains(&format!("{paper}/OC /black-regions BDC\n0 g\n")), "{}", orange(&export));
+        export.style = Style::Layered;
+        assert!(orange(&export).contains("/OC /level-2-white-regions BDC\n1 0.5019608 0 rg\n"));
+        (export.style, export.inks) = (Style::Flat, Inks::Both);
+        let content = orange(&export);
+        assert!(
+            content.contains(&format!("{paper}/OC /underlay BDC\n0 g\n0 0 4096 3072 re\nf\nEMC\n/OC /black-regions BDC\n0 g\n"))
+        );
+        assert!(content.contains("/OC /white-regions BDC\n1 g\n"));
     }
 
     #[test]

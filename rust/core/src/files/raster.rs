@@ -17,6 +17,8 @@ use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
 use crate::base::{Error, Ink, Result};
 use crate::drawing::{Drawing, Mark};
 use crate::files::export::Export;
+use crate::files::layers::colours;
+use crate::files::layout::PixelPlacement;
 use crate::photo::MAX_SIDE;
 
 /// The most pixels that a raster may have: a poster of A0 size at 800 dots per inch, and a gigabyte of memory.
@@ -67,29 +69,60 @@ fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
     Raster { width, height, values: paint(&levels, width, height, rows) }
 }
 
-/// The drawing as the bytes of a PNG file, of the size and resolution that the layout says, its margins white. `style` and `inks`
-/// make no difference: the picture is the same.
+/// The drawing as the bytes of a PNG file, of the size and resolution that the layout says. Without a paper its margins are white,
+/// and `style` and `inks` make no difference: the picture is the same. With one the margins have its colour, and so has what is not
+/// drawn with ink.
 ///
 /// # Errors
 /// As [`super::layout::Layout::place_pixels`] and [`check_size`].
 ///
 /// # Allocations
-/// As [`rasterize`], and a byte a pixel more where there are margins.
+/// As [`rasterize`], and a byte a pixel more where there are margins; in colours three a pixel.
 pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place_pixels(drawing.width, drawing.height)?;
     let [width, height] = placement.page;
     check_size(width, height)?;
-    let mut raster = rasterize_to(drawing, placement.drawing[0], placement.drawing[1]);
-    if placement.page != placement.drawing {
-        let mut page = vec![255; width * height];
-        let [left, top] = placement.origin;
-        for (row, values) in raster.values.chunks(raster.width).enumerate() {
-            let begin = (top + row) * width + left;
-            page[begin..begin + values.len()].copy_from_slice(values);
-        }
-        raster = Raster { width, height, values: page };
+    let Raster { values, .. } = rasterize_to(drawing, placement.drawing[0], placement.drawing[1]);
+    let paper = export.paper.as_ref().map_or([255; 3], |paper| paper.rgb());
+    let [black, white] = match &export.paper {
+        None => [[0; 3], [255; 3]],
+        Some(paper) => colours(export.style, export.inks, Some(paper)),
+    };
+    let between = |grey: u8, channel: usize| {
+        let [from, to] = [black, white].map(|colour| u32::from(colour[channel]));
+        ((from * u32::from(255 - grey) + to * u32::from(grey) + 127) / 255) as u8
+    };
+    let in_grey = [black, white, paper].iter().all(|[red, green, blue]| red == green && green == blue);
+    let pixels = if export.one_bit {
+        let page = on_page(values, &placement, if paper == black { 0 } else { 255 });
+        let samples = page.chunks(width).flat_map(pack).collect();
+        let is_plain = [black, white] == [[0; 3], [255; 3]];
+        let (color, palette) = if is_plain { (ColorType::Grayscale, None) } else { (ColorType::Indexed, Some([black, white])) };
+        Pixels { width, height, color, depth: BitDepth::One, palette, samples: Cow::Owned(samples) }
+    } else if in_grey {
+        let values = if [black, white] == [[0; 3], [255; 3]] { values } else { values.iter().map(|v| between(*v, 0)).collect() };
+        let samples = on_page(values, &placement, paper[0]);
+        Pixels { width, height, color: ColorType::Grayscale, depth: BitDepth::Eight, palette: None, samples: Cow::Owned(samples) }
+    } else {
+        let table: Vec<[u8; 3]> = (0..=255).map(|grey| [0, 1, 2].map(|channel| between(grey, channel))).collect();
+        let samples = on_page(values.iter().map(|v| table[usize::from(*v)]).collect(), &placement, paper).into_flattened();
+        Pixels { width, height, color: ColorType::Rgb, depth: BitDepth::Eight, palette: None, samples: Cow::Owned(samples) }
+    };
+    write_png(&pixels, placement.dpi)
+}
+
+/// The drawing's pixels with margins around them.
+fn on_page<T: Copy>(pixels: Vec<T>, placement: &PixelPlacement, margin: T) -> Vec<T> {
+    let ([width, height], [left, top]) = (placement.page, placement.origin);
+    if placement.page == placement.drawing {
+        return pixels;
     }
-    write_png(&raster, placement.dpi, export.one_bit)
+    let mut page = vec![margin; width * height];
+    for (row, pixels) in pixels.chunks(placement.drawing[0]).enumerate() {
+        let begin = (top + row) * width + left;
+        page[begin..begin + pixels.len()].copy_from_slice(pixels);
+    }
+    page
 }
 
 /// Whether the drawing on a canvas of `width` x `height` pixels can have the pixels that the export asks for.
@@ -115,21 +148,31 @@ pub fn encode_png(raster: &Raster) -> Result<Vec<u8>> {
             raster.height
         )));
     }
-    write_png(raster, None, false)
+    let (color, depth, palette) = (ColorType::Grayscale, BitDepth::Eight, None);
+    let samples = Cow::Borrowed(&raster.values[..]);
+    write_png(&Pixels { width: raster.width, height: raster.height, color, depth, palette, samples }, None)
 }
 
-/// Writes grey, or with `one_bit` black where at least half a pixel is black and white elsewhere; `dpi` goes into the file if
-/// given.
-fn write_png(raster: &Raster, dpi: Option<f64>, one_bit: bool) -> Result<Vec<u8>> {
-    let (depth, samples) = if one_bit {
-        (BitDepth::One, Cow::Owned(raster.values.chunks(raster.width).flat_map(pack).collect()))
-    } else {
-        (BitDepth::Eight, Cow::Borrowed(&raster.values[..]))
-    };
-    let mut png = Vec::with_capacity(samples.len() / 4 + 1024);
-    let mut encoder = Encoder::new(&mut png, raster.width as u32, raster.height as u32);
-    encoder.set_color(ColorType::Grayscale);
-    encoder.set_depth(depth);
+/// What a PNG holds.
+struct Pixels<'a> {
+    width: usize,
+    height: usize,
+    color: ColorType,
+    depth: BitDepth,
+    /// The colours of the samples 0 and 1.
+    palette: Option<[[u8; 3]; 2]>,
+    samples: Cow<'a, [u8]>,
+}
+
+/// The bytes of a PNG; `dpi` goes into the file if given.
+fn write_png(pixels: &Pixels<'_>, dpi: Option<f64>) -> Result<Vec<u8>> {
+    let mut png = Vec::with_capacity(pixels.samples.len() / 4 + 1024);
+    let mut encoder = Encoder::new(&mut png, pixels.width as u32, pixels.height as u32);
+    encoder.set_color(pixels.color);
+    encoder.set_depth(pixels.depth);
+    if let Some(palette) = pixels.palette {
+        encoder.set_palette(palette.as_flattened().to_vec());
+    }
     // Filters predict smooth gradients; here they would only hide the runs of black and white from the compressor. Level 4 is three
     // times as fast as the default, level 6, for files that are at most a tenth larger.
     encoder.set_deflate_compression(DeflateCompression::Level(4));
@@ -141,14 +184,14 @@ fn write_png(raster: &Raster, dpi: Option<f64>, one_bit: bool) -> Result<Vec<u8>
     encoder
         .write_header()
         .and_then(|mut writer| {
-            writer.write_image_data(&samples)?;
+            writer.write_image_data(&pixels.samples)?;
             writer.finish()
         })
         .map_err(|error| Error::Internal(format!("the PNG cannot be encoded: {error}")))?;
     Ok(png)
 }
 
-/// A row of grey values as bits, the leftmost highest: 1 is white. The last byte is filled up with zeros.
+/// A row of grey values as bits, the leftmost highest: 1 is white, where less than half a pixel is black. The last byte is filled up with zeros.
 fn pack(row: &[u8]) -> impl Iterator<Item = u8> {
     let bit = |(i, value): (usize, &u8)| u8::from(*value >= 128) << (7 - i);
     row.chunks(8).map(move |values| values.iter().enumerate().map(bit).sum())
@@ -310,6 +353,7 @@ mod tests {
     use super::*;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
+    use crate::options::Inks;
 
     fn ink(raster: &Raster) -> f64 {
         raster.values.iter().map(|v| f64::from(255 - v) / 255.0).sum()
@@ -467,5 +511,44 @@ mod tests {
         assert_eq!(decoded.color(), image::ColorType::L8);
         assert_eq!(decoded.into_luma8().into_raw(), raster.values);
         assert!(encode_png(&Raster { width: 3, height: 3, values: vec![0; 8] }).is_err());
+    }
+
+    #[test]
+    fn a_paper_has_its_colour_where_there_is_no_ink() {
+        let sample = samples::nested();
+        // The colours of a black place, of a white one in it, of white paper on the canvas, and of the margin.
+        let at = |export: &Export| -> [Vec<u8>; 4] {
+            let bytes = to_png(&sample, export).unwrap();
+            let mut decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
+            decoder.set_transformations(png::Transformations::EXPAND);
+            let mut reader = decoder.read_info().unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            let frame = reader.next_frame(&mut pixels).unwrap();
+            let samples = frame.color_type.samples();
+            [(9, 9), (28, 32), (46, 10), (2, 2)].map(|(x, y)| {
+                let begin = (y * 80 + x) * samples;
+                pixels[begin..begin + samples].to_vec()
+            })
+        };
+        let mut export = Export::default();
+        export.layout.margin = "8px".parse().unwrap();
+        assert_eq!(at(&export), [[0], [255], [255], [255]].map(|v| v.to_vec()));
+        let [black, white, red] = [[0; 3], [255; 3], [200, 16, 32]].map(|rgb| rgb.to_vec());
+        for one_bit in [false, true] {
+            export.paper = Some("#c81020".parse().unwrap());
+            let flat = |inks: Inks| Export { inks, one_bit, ..export.clone() };
+            assert_eq!(at(&flat(Inks::Black)), [&black, &red, &red, &red].map(Clone::clone));
+            assert_eq!(at(&flat(Inks::White)), [&red, &white, &white, &red].map(Clone::clone));
+            assert_eq!(at(&Export { style: crate::files::Style::Layered, ..flat(Inks::Black) }), at(&flat(Inks::Black)));
+            if !one_bit {
+                assert_eq!(at(&flat(Inks::Both)), [&black, &white, &white, &red].map(Clone::clone));
+            }
+            // Greys stay grey.
+            export.paper = Some("black".parse().unwrap());
+            let on_black = Export { inks: Inks::White, one_bit, ..export.clone() };
+            assert_eq!(at(&on_black), [[0], [255], [255], [0]].map(|v| v.to_vec()));
+        }
+        export.paper = Some("#808080".parse().unwrap());
+        assert_eq!(at(&export), [[0], [128], [128], [128]].map(|v| v.to_vec()));
     }
 }

@@ -1,24 +1,28 @@
-//! The drawing as SVG: its layers as named groups, each with one compound path of its ink.
+//! The drawing as SVG: its layers as named groups, each with one compound path of its ink, or with an element for every mark.
 //!
 //! # What is written
-//! Coordinates are whole numbers in units of the drawing's grid under one transform, relative to the point before, so that nothing
-//! is lost and nothing accumulates: [`super::load_svg`] reads the same drawing back. A point on a finer grid has decimals. A control
-//! point that is the last one mirrored is what the commands `t` and `s` stand for. Dots are true circles of two arcs.
+//! Path data are in units of the drawing's grid under one transform ([`super::write_path`]), so that nothing is lost and
+//! [`super::load_svg`] reads the same drawing back. An element of a mark has the mark's number as its id, whatever style and inks
+//! are written. Dots as strokes have few radii ([`super::strokes`]), and each of these has a path.
 //!
-//! Groups are layers to Inkscape and have the same ids in every file. The size on paper is in the attributes of the root element
-//! alone; the data stay in pixels of the canvas. The provenance is JSON in `<metadata>`: enough to make the drawing again.
+//! Groups are layers to Inkscape and have the same ids in every file. What is not drawn is transparent. The size on paper is in the
+//! attributes of the root element alone; the data stay in pixels of the canvas. The provenance is JSON in `<metadata>`: enough to
+//! make the drawing again.
 
-use kurbo::{BezPath, PathEl, Point, Vec2};
-
-use crate::base::{Ink, Result, is_mirrored};
-use crate::drawing::Drawing;
-use crate::files::export::Export;
-use crate::files::layers::{Layer, Outline};
-use crate::files::layout::{Layout, Unit};
+use crate::base::{Ink, Result};
+use crate::drawing::{Drawing, Mark};
+use crate::files::export::{Dots, Elements, Export};
+use crate::files::layers::{Area, Ground, Layer, Layers, Outline};
+use crate::files::layout::{Layout, Placement, Unit};
+use crate::files::strokes;
+use crate::files::write_path::{PathWriter, leftmost, rounded};
 
 /// A path is closed and another one begun after this many bytes: libxml2, and with it librsvg and lxml, refuses attributes above
 /// 10 MB, and viewers skip a path that is out of view. Areas of a layer are disjoint, so the picture is the same.
 const PATH_BYTES: usize = 1 << 20;
+
+/// The same for dots as strokes, of which each takes less than 40 bytes.
+const PATH_DOTS: usize = PATH_BYTES / 40;
 
 /// Names the element with the provenance; only a name, nothing is there.
 pub(crate) const NAMESPACE: &str = "https://github.com/graphstipple/graphstipple";
@@ -34,38 +38,163 @@ const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 /// # Runtime
 /// Linear in the number of coordinates. The same drawing always gives the same bytes.
 pub(super) fn to_svg(drawing: &Drawing, export: &Export) -> Result<String> {
+    match export.dots {
+        Dots::Circles => write(drawing, export),
+        Dots::Strokes => write(&strokes::with_few_radii(drawing)?, export),
+    }
+}
+
+fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let (width, height) = (drawing.width, drawing.height);
     let placement = export.layout.place(width, height)?;
-    let layers = drawing.layers(export.style, export.inks);
+    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
-    let mut writer = PathWriter {
-        bytes: Vec::with_capacity(2048 + 16 * elements + 56 * drawing.stipples.len()),
-        units: drawing.units,
-        ..Default::default()
-    };
+    let mut path = PathWriter::new(drawing.units);
+    path.bytes.reserve(2048 + 16 * elements + 56 * drawing.stipples.len());
+    let mut writer = Writer { path, export, layers: &layers, canvas: [width, height] };
     // In pixels of the canvas.
     let [left, top] = placement.origin.map(|v| decimal(-v / placement.scale));
     let [page_width, page_height] = placement.page.map(|v| decimal(v / placement.scale));
     let [on_paper_width, on_paper_height] = placement.page.map(|points| on_paper(points, &export.layout));
-    let background = if layers.paper == Some(Ink::Black) { "#000" } else { "#fff" };
     let json = serde_json::to_string(&drawing.provenance).expect("plain options always serialize");
-    writer.text(&format!(
+    // Of a canvas with nothing on it no style and ink would tell.
+    let is_empty = drawing.curves.is_empty() && drawing.stipples.is_empty();
+    let is_black = is_empty && drawing.regions.first().is_some_and(|region| region.ink == Ink::Black);
+    writer.path.text(&format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"{INKSCAPE}\" width=\"{on_paper_width}\" \
-         height=\"{on_paper_height}\" viewBox=\"{left} {top} {page_width} {page_height}\" style=\"background:{background}\">\n\
-         <metadata><graphstipple:drawing xmlns:graphstipple=\"{NAMESPACE}\" width=\"{width}\" height=\"{height}\" units=\"{}\">{}</graphstipple:drawing></metadata>\n",
+         height=\"{on_paper_height}\" viewBox=\"{left} {top} {page_width} {page_height}\">\n\
+         <metadata><graphstipple:drawing xmlns:graphstipple=\"{NAMESPACE}\" width=\"{width}\" height=\"{height}\" \
+         units=\"{}\"{}>{}</graphstipple:drawing></metadata>\n",
         drawing.units,
+        if is_black { " ground=\"black\"" } else { "" },
         escape(&json)
     ));
-    if let Some(paper) = layers.paper {
-        writer.group("paper", "Paper", paper, "");
-        writer.text(&format!("<rect width=\"{width}\" height=\"{height}\"/>\n</g>\n"));
+    for ground in &layers.grounds {
+        writer.ground(ground, &placement);
     }
-    let transform = format!(" transform=\"scale({})\"", (1.0 / drawing.units).to_string().trim_start_matches('0'));
     for layer in &layers.layers {
-        writer.layer(layer, &transform);
+        writer.layer(layer);
     }
-    writer.text("</svg>\n");
-    Ok(String::from_utf8(writer.bytes).expect("only text was written"))
+    writer.path.text("</svg>\n");
+    Ok(String::from_utf8(writer.path.bytes).expect("only text was written"))
+}
+
+/// The id of a mark's element: ink, kind and number, which are the drawing's own.
+fn id_of(mark: Mark, ink: Ink) -> String {
+    match mark {
+        Mark::Region(number) => format!("{}-region-{number}", ink.name()),
+        Mark::Stipple(number) => format!("{}-stipple-{number}", ink.name()),
+    }
+}
+
+/// A colour as an attribute has it.
+fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
+    let is_short = [red, green, blue].iter().all(|value| value / 16 == value % 16);
+    if is_short { format!("#{:x}{:x}{:x}", red % 16, green % 16, blue % 16) } else { format!("#{red:02x}{green:02x}{blue:02x}") }
+}
+
+/// Writes groups and what is in them.
+struct Writer<'a> {
+    path: PathWriter,
+    export: &'a Export,
+    layers: &'a Layers,
+    canvas: [usize; 2],
+}
+
+impl Writer<'_> {
+    fn group(&mut self, id: &str, label: &str, paint: &str) {
+        self.path.text(&format!("<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{label}\"{paint}>\n"));
+    }
+
+    fn ground(&mut self, ground: &Ground, placement: &Placement) {
+        self.group(ground.id, ground.label, &fill(ground.rgb));
+        let [left, top, right, bottom] = ground.rectangle(self.canvas, placement);
+        let place = if ground.covers_page { format!("x=\"{}\" y=\"{}\" ", decimal(left), decimal(top)) } else { String::new() };
+        let (width, height) = (decimal(right - left), decimal(bottom - top));
+        self.path.text(&format!("<rect {place}width=\"{width}\" height=\"{height}\"/>\n</g>\n"));
+    }
+
+    fn layer(&mut self, layer: &Layer) {
+        let rgb = self.layers.colour(layer.ink);
+        let transform = format!(" transform=\"scale({})\"", digits(1.0 / self.path.units));
+        // A layer has marks of one kind.
+        let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Mark::Stipple(_)));
+        let has_strokes = has_dots && self.export.dots == Dots::Strokes;
+        let paint = if has_strokes {
+            format!(" fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\"", hexadecimal(rgb))
+        } else {
+            fill(rgb)
+        };
+        self.group(&layer.id, &layer.label, &(paint + &transform));
+        match self.export.elements {
+            _ if has_strokes => self.strokes(&layer.areas),
+            Elements::Layers => self.compound_path(&layer.areas),
+            Elements::Marks => layer.areas.iter().for_each(|area| self.mark(area, layer.ink)),
+        }
+        self.path.text("</g>\n");
+    }
+
+    fn compound_path(&mut self, areas: &[Area]) {
+        let mut begin = self.open("");
+        for area in areas {
+            if self.path.bytes.len() - begin > PATH_BYTES {
+                self.close();
+                begin = self.open("");
+            }
+            self.outlines(area);
+        }
+        self.close();
+    }
+
+    fn mark(&mut self, area: &Area, ink: Ink) {
+        let id = id_of(area.mark, ink);
+        match area.exterior {
+            Outline::Circle { x, y, radius } => {
+                let units = self.path.units;
+                let radius = radius * units;
+                let x = rounded(leftmost(x * units, radius) + radius);
+                let [x, y, radius] = [x, y * units, radius].map(digits);
+                self.path.text(&format!("<circle id=\"{id}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>\n"));
+            }
+            Outline::Path(_) => {
+                self.open(&format!("id=\"{id}\" "));
+                self.outlines(area);
+                self.close();
+            }
+        }
+    }
+
+    fn strokes(&mut self, areas: &[Area]) {
+        for (radius, centres) in strokes::by_radius(areas, self.path.units, self.canvas) {
+            for centres in centres.chunks(PATH_DOTS) {
+                self.open(&format!("stroke-width=\"{}\" ", digits(2.0 * radius)));
+                self.path.strokes(centres);
+                self.close();
+            }
+        }
+    }
+
+    fn outlines(&mut self, area: &Area) {
+        self.path.outline(&area.exterior, true);
+        for hole in &area.holes {
+            self.path.outline(hole, false);
+        }
+    }
+
+    /// Begins a path element; returns where its data begins.
+    fn open(&mut self, attributes: &str) -> usize {
+        self.path.text(&format!("<path {attributes}d=\""));
+        self.path.begin()
+    }
+
+    fn close(&mut self) {
+        self.path.text("\"/>\n");
+    }
+}
+
+/// The attribute of a colour to fill with; black needs none.
+fn fill(rgb: [u8; 3]) -> String {
+    if rgb == [0; 3] { String::new() } else { format!(" fill=\"{}\"", hexadecimal(rgb)) }
 }
 
 /// A length of the page as an attribute: in the unit that was asked for.
@@ -81,9 +210,13 @@ fn on_paper(points: f64, layout: &Layout) -> String {
 
 /// A number without a trace of rounding in its last digits: six decimals at most, none that is 0.
 fn decimal(value: f64) -> String {
-    let rounded = (value * 1e6).round() / 1e6;
     // Not -0.
-    let text = (rounded + 0.0).to_string();
+    digits((value * 1e6).round() / 1e6 + 0.0)
+}
+
+/// A number with all its digits.
+fn digits(value: f64) -> String {
+    let text = value.to_string();
     match text.strip_prefix("0.") {
         Some(fraction) => format!(".{fraction}"),
         None => text,
@@ -94,203 +227,6 @@ fn decimal(value: f64) -> String {
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
-
-/// Appends path data with relative commands and as few separators and letters as the grammar asks for. All points are in units.
-#[derive(Debug, Default)]
-struct PathWriter {
-    bytes: Vec<u8>,
-    /// Units to a pixel.
-    units: f64,
-    /// The current point.
-    current: Point,
-    /// Where the current subpath began: the current point again after its `z`.
-    start: Point,
-    /// The command that numbers without a letter would continue; 0 for none.
-    implied: u8,
-    /// Whether the last number had a decimal point, so that another may begin with one right away.
-    has_point: bool,
-}
-
-impl PathWriter {
-    fn text(&mut self, text: &str) {
-        self.bytes.extend_from_slice(text.as_bytes());
-    }
-
-    fn group(&mut self, id: &str, label: &str, ink: Ink, transform: &str) {
-        let fill = if ink == Ink::Black { "" } else { " fill=\"#fff\"" };
-        self.text(&format!("<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{label}\"{fill}{transform}>\n"));
-    }
-
-    fn layer(&mut self, layer: &Layer, transform: &str) {
-        self.group(&layer.id, &layer.label, layer.ink, transform);
-        let mut begin = self.open();
-        for area in &layer.areas {
-            if self.bytes.len() - begin > PATH_BYTES {
-                self.text("\"/>\n");
-                begin = self.open();
-            }
-            self.outline(&area.exterior, true);
-            for hole in &area.holes {
-                self.outline(hole, false);
-            }
-        }
-        self.text("\"/>\n</g>\n");
-    }
-
-    /// Begins a path element; returns where its data begins.
-    fn open(&mut self) -> usize {
-        self.text("<path d=\"");
-        (self.current, self.start) = (Point::ZERO, Point::ZERO);
-        (self.implied, self.has_point) = (0, false);
-        self.bytes.len()
-    }
-
-    fn outline(&mut self, outline: &Outline, is_exterior: bool) {
-        match outline {
-            Outline::Path(path) => self.ring(path),
-            Outline::Circle { x, y, radius } => self.circle(Point::new(*x, *y), *radius, is_exterior),
-        }
-    }
-
-    /// A closed path, given in pixels.
-    fn ring(&mut self, path: &BezPath) {
-        let (elements, scale) = (path.elements(), self.units);
-        let units = |p: Point| Point::new(p.x * scale, p.y * scale);
-        let mut last = &PathEl::ClosePath;
-        for (i, element) in elements.iter().enumerate() {
-            let is_mirrored = is_mirrored(last, element);
-            last = element;
-            match *element {
-                PathEl::MoveTo(p) => self.move_to(units(p)),
-                PathEl::LineTo(p) => {
-                    // `z` draws the line back to the start.
-                    if !(units(p) == self.start && matches!(elements.get(i + 1), None | Some(PathEl::ClosePath))) {
-                        self.line_to(units(p));
-                    }
-                }
-                PathEl::QuadTo(c, p) => self.quad_to((!is_mirrored).then(|| units(c)), units(p)),
-                PathEl::CurveTo(c, d, p) => self.curve_to((!is_mirrored).then(|| units(c)), units(d), units(p)),
-                PathEl::ClosePath => self.close(),
-            }
-        }
-    }
-
-    /// A circle of two arcs that begins at its leftmost point, in the regions' direction or, as a hole, against it.
-    fn circle(&mut self, centre: Point, radius: f64, is_exterior: bool) {
-        let radius = radius * self.units;
-        // The leftmost point is on the grid; the subtraction may have rounded.
-        let left = ((centre.x * self.units - radius) * LEFT_GRID).round() / LEFT_GRID;
-        self.move_to(Point::new(left, centre.y * self.units));
-        self.command(b'a');
-        for diameter in [2.0 * radius, -2.0 * radius] {
-            self.number(radius);
-            self.number(radius);
-            // Large-arc and sweep flags; of two half circles either would do for the first.
-            self.text(if is_exterior { " 0 1 1" } else { " 0 1 0" });
-            self.has_point = false;
-            self.number(diameter);
-            self.number(0.0);
-        }
-        self.close();
-    }
-
-    fn move_to(&mut self, p: Point) {
-        self.implied = 0;
-        self.command(b'm');
-        self.offset(p);
-        // Numbers after a move continue with lines.
-        self.implied = b'l';
-        (self.current, self.start) = (p, p);
-    }
-
-    fn line_to(&mut self, p: Point) {
-        let by = p - self.current;
-        if by == Vec2::ZERO {
-            return;
-        }
-        if by.y == 0.0 {
-            self.command(b'h');
-            self.number(by.x);
-        } else if by.x == 0.0 {
-            self.command(b'v');
-            self.number(by.y);
-        } else {
-            self.command(b'l');
-            self.offset(p);
-        }
-        self.current = p;
-    }
-
-    /// A quadratic curve, without its control point if that is the last one mirrored.
-    fn quad_to(&mut self, control: Option<Point>, end: Point) {
-        self.command(if control.is_some() { b'q' } else { b't' });
-        control.into_iter().for_each(|p| self.offset(p));
-        self.offset(end);
-        self.current = end;
-    }
-
-    /// A cubic curve, without its first control point if that is the last one mirrored.
-    fn curve_to(&mut self, first: Option<Point>, second: Point, end: Point) {
-        self.command(if first.is_some() { b'c' } else { b's' });
-        first.into_iter().chain([second, end]).for_each(|p| self.offset(p));
-        self.current = end;
-    }
-
-    fn close(&mut self) {
-        self.bytes.push(b'z');
-        (self.current, self.implied, self.has_point) = (self.start, 0, false);
-    }
-
-    fn command(&mut self, letter: u8) {
-        if self.implied != letter {
-            self.bytes.push(letter);
-            (self.implied, self.has_point) = (letter, false);
-        }
-    }
-
-    /// A point relative to the current one.
-    fn offset(&mut self, p: Point) {
-        self.number(p.x - self.current.x);
-        self.number(p.y - self.current.y);
-    }
-
-    /// A number with all its digits: a minus sign or a second point separates by itself, a digit needs a space unless a letter is
-    /// before it.
-    fn number(&mut self, value: f64) {
-        let is_whole = value == value.trunc() && value.abs() < 1e15;
-        let begins_with_point = !is_whole && value.abs() < 1.0;
-        let after_number = self.bytes.last().is_some_and(u8::is_ascii_digit);
-        if value < 0.0 {
-            self.bytes.push(b'-');
-        } else if after_number && !(begins_with_point && self.has_point) {
-            self.bytes.push(b' ');
-        }
-        if is_whole {
-            self.digits(value.abs() as u64);
-        } else {
-            let text = value.abs().to_string();
-            self.text(text.strip_prefix('0').unwrap_or(&text));
-        }
-        self.has_point = !is_whole;
-    }
-
-    fn digits(&mut self, mut value: u64) {
-        let mut buffer = [0u8; 20];
-        let mut begin = buffer.len();
-        loop {
-            begin -= 1;
-            buffer[begin] = b'0' + (value % 10) as u8;
-            value /= 10;
-            if value == 0 {
-                break;
-            }
-        }
-        self.bytes.extend_from_slice(&buffer[begin..]);
-    }
-}
-
-/// The finest grid in a drawing has fewer parts to a unit than this.
-const LEFT_GRID: f64 = (1u64 << 20) as f64;
 
 /// Drawings made by hand, for the tests of this module and of [`super::raster`].
 #[cfg(test)]
@@ -402,24 +338,13 @@ pub(crate) mod samples {
 
 #[cfg(test)]
 mod tests {
-    use kurbo::{Affine, Shape};
+    use kurbo::{Affine, BezPath, PathEl, Shape};
 
     use super::*;
     use crate::files::layers::Style;
     use crate::options::Inks;
 
     const UNITS: f64 = 16.0;
-
-    fn writer() -> PathWriter {
-        PathWriter { units: UNITS, ..PathWriter::default() }
-    }
-
-    /// The data of a path of one ring.
-    fn data_of(curve: &BezPath) -> String {
-        let mut writer = writer();
-        writer.ring(curve);
-        String::from_utf8(writer.bytes).unwrap()
-    }
 
     fn flat(inks: Inks) -> Export {
         Export { inks, ..Export::default() }
@@ -443,72 +368,6 @@ mod tests {
     }
 
     #[test]
-    fn a_polygon_is_written_without_a_byte_to_spare() {
-        let mut path = BezPath::new();
-        path.move_to((1.0, 2.0));
-        path.line_to((3.0, 1.0));
-        path.line_to((3.5, 2.5));
-        path.line_to((1.0, 2.5));
-        path.line_to((1.0, 2.0));
-        path.close_path();
-        assert_eq!(data_of(&path), "m16 32 32-16 8 24h-40z");
-    }
-
-    #[test]
-    fn a_finer_grid_has_all_its_decimals() {
-        let mut path = BezPath::new();
-        path.move_to((1.0, 1.0));
-        path.quad_to((1.0 + 1.0 / 64.0, 1.0 + 3.0 / 128.0), (1.0 - 1.0 / 32.0, 1.5));
-        path.close_path();
-        assert_eq!(data_of(&path), "m16 16q.25.375-.5 8z");
-    }
-
-    #[test]
-    fn smooth_curves_leave_out_what_is_mirrored() {
-        let mut path = BezPath::new();
-        path.move_to((0.0, 0.0));
-        path.quad_to((1.0, 0.0), (2.0, 1.0));
-        path.quad_to((3.0, 2.0), (1.0, 4.0));
-        path.curve_to((0.5, 4.0), (0.0, 3.0), (0.0, 2.0));
-        path.curve_to((0.0, 1.0), (0.5, 0.5), (0.0, 0.0));
-        path.close_path();
-        assert_eq!(data_of(&path), "m0 0q16 0 32 16t-16 48c-8 0-16-16-16-32s8-24 0-32z");
-    }
-
-    #[test]
-    fn what_is_written_is_what_is_drawn() {
-        for count in [3, 8, 4000] {
-            let mut curve = samples::blob([300.0, 200.0], 100.0, count);
-            // On the grid.
-            let snap = |p: Point| Point::new((p.x * UNITS).round() / UNITS, (p.y * UNITS).round() / UNITS);
-            curve = curve
-                .iter()
-                .map(|element| match element {
-                    PathEl::MoveTo(p) => PathEl::MoveTo(snap(p)),
-                    PathEl::QuadTo(c, p) => PathEl::QuadTo(snap(c), snap(p)),
-                    other => other,
-                })
-                .collect();
-            let written = Affine::scale(1.0 / UNITS) * BezPath::from_svg(&data_of(&curve)).unwrap();
-            assert_eq!(written, curve);
-        }
-    }
-
-    #[test]
-    fn circles_keep_their_place_and_size() {
-        for (x, y, radius) in [(10.0, 20.0, 0.5), (3.3, 4.4, 0.3), (7.77, 1.23, 0.7), (100.1, 50.2, 3.21)] {
-            let dot = crate::outlines::Stipple::on_grid(Point::new(x, y), radius, UNITS, Ink::Black);
-            let mut writer = writer();
-            writer.circle(Point::new(dot.x, dot.y), dot.radius, true);
-            let data = String::from_utf8(writer.bytes).unwrap();
-            let circle = Affine::scale(1.0 / UNITS) * BezPath::from_svg(&data).unwrap();
-            assert!((circle.area() / (std::f64::consts::PI * radius * radius) - 1.0).abs() < 0.011, "{data}");
-            let centre = circle.bounding_box().center();
-            assert!((centre - Point::new(x, y)).hypot() < 0.75 / UNITS, "{data}: {centre}");
-        }
-    }
-
-    #[test]
     fn the_document_holds_layers_paper_and_provenance() {
         let sample = samples::nested();
         let svg = to_svg(&sample, &layered()).unwrap();
@@ -528,6 +387,70 @@ mod tests {
         assert!((paths[2].1.area() / white - 1.0).abs() < 1e-9, "{} instead of {white}", paths[2].1.area());
         assert!(svg.contains("<g id=\"paper\""));
         assert!(!to_svg(&sample, &flat(Inks::Black)).unwrap().contains("paper"));
+    }
+
+    #[test]
+    fn what_is_not_drawn_is_transparent_unless_there_is_a_paper() {
+        let mut export = flat(Inks::Black);
+        export.layout.margin = "8px".parse().unwrap();
+        let head = |export: &Export| {
+            let svg = to_svg(&samples::nested(), export).unwrap();
+            let lines: Vec<String> = svg.lines().skip(2).take(3).map(str::to_owned).collect();
+            (!svg.contains("style="), lines.concat())
+        };
+        let group = |id: &str, label: &str, fill: &str| {
+            format!("<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{label}\"{fill}")
+        };
+        let transform = " transform=\"scale(.0625)\">";
+        let starts = |export: &Export, expected: &str| {
+            let (is_transparent, lines) = head(export);
+            assert!(is_transparent && lines.starts_with(expected), "{lines} instead of {expected}");
+        };
+        starts(&export, &(group("black-regions", "Black regions", "") + transform));
+        let page = "<rect x=\"-8\" y=\"-8\" width=\"80\" height=\"64\"/></g>";
+        let canvas = "<rect width=\"64\" height=\"48\"/></g>";
+        starts(&flat(Inks::White), &format!("{}>{canvas}", group("paper", "Paper", "")));
+        starts(&flat(Inks::Both), &format!("{}>{canvas}", group("underlay", "Underlay", "")));
+        starts(&layered(), &format!("{}>{canvas}", group("paper", "Paper", " fill=\"#fff\"")));
+        export.paper = Some("#1af".parse().unwrap());
+        starts(&export, &format!("{}>{page}", group("paper", "Paper", " fill=\"#1af\"")));
+        export.style = Style::Layered;
+        let svg = to_svg(&samples::nested(), &export).unwrap();
+        assert!(svg.contains(&(group("level-2-white-regions", "Level 2: white regions", " fill=\"#1af\"") + transform)));
+    }
+
+    #[test]
+    fn every_mark_has_an_element_whose_id_stays() {
+        let sample = samples::nested();
+        let ids = |export: Export| -> Vec<(String, String)> {
+            let svg = to_svg(&sample, &Export { elements: Elements::Marks, ..export }).unwrap();
+            let document = roxmltree::Document::parse(&svg).unwrap();
+            let marks = document.descendants().filter(|node| matches!(node.tag_name().name(), "path" | "circle"));
+            marks.map(|node| (node.tag_name().name().to_owned(), node.attribute("id").unwrap().to_owned())).collect()
+        };
+        let of = |name: &str, ids: &[&str]| -> Vec<(String, String)> {
+            ids.iter().map(|id| (name.to_owned(), (*id).to_owned())).collect()
+        };
+        let regions = of("path", &["black-region-0", "black-region-2"]);
+        let dots = of("circle", &["black-stipple-1", "black-stipple-2", "black-stipple-3"]);
+        let inner = of("circle", &["black-stipple-0"]);
+        assert_eq!(ids(flat(Inks::Black)), [regions.clone(), inner.clone(), dots.clone()].concat());
+        assert_eq!(ids(layered()), [regions, dots, of("path", &["white-region-1"]), inner].concat());
+        let svg = to_svg(&sample, &Export { elements: Elements::Marks, ..Export::default() }).unwrap();
+        // 53.21, 40.4 and 1.3 px in sixteenths: these are on no grid.
+        assert!(svg.contains("<circle id=\"black-stipple-2\" cx=\"768\" cy=\"640\" r=\"8\"/>"), "{svg}");
+    }
+
+    #[test]
+    fn strokes_take_a_fraction_of_the_bytes() {
+        let sample = samples::field_of_blobs(2000);
+        let dots = |dots: Dots| to_svg(&sample, &Export { dots, ..Export::default() }).unwrap();
+        let layer = |svg: &str| svg.split("id=\"black-stipples\"").nth(1).unwrap().to_owned();
+        let strokes = layer(&dots(Dots::Strokes));
+        let paint = " fill=\"none\" stroke=\"#000\" stroke-linecap=\"round\" transform=\"scale(.0625)\">\n<path stroke-width=\"19.2\" d=\"m";
+        assert!(strokes.split("Black stipples\"").nth(1).unwrap().starts_with(paint), "{}", &strokes[..300]);
+        assert_eq!(strokes.matches("h.01").count() + strokes.matches("h-.01").count(), 2000);
+        assert!(strokes.len() < 2000 * 17 && layer(&dots(Dots::Circles)).len() > 2000 * 40, "{}", strokes.len());
     }
 
     #[test]
