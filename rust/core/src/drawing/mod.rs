@@ -12,4 +12,4 @@ pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub use least_radius::DotChanges;
 pub(crate) use sides::{invalid, put_together};
-pub use stats::Stats;
+pub use stats::{Stats, Within};
