@@ -112,7 +112,7 @@ fn one_photo(matches: &ArgMatches) -> Result<Option<PathBuf>> {
     if photos.len() > 1 {
         let each = r#"for photo in *.jpg; do graphstipple "$photo" -o "${photo%.*}.svg"; done"#;
         return Err(Error::Usage(format!(
-            "there are {} photos, but each run draws one; in a shell, all are drawn by {each}",
+            "there are {} photos, but a run draws one; a shell draws all with: {each}",
             photos.len()
         )));
     }
@@ -346,7 +346,7 @@ mod tests {
             ("--engrave", "unexpected argument '--engrave' found (see graphstipple --help)"),
             (
                 "other.jpg third.jpg",
-                "there are 3 photos, but each run draws one; in a shell, all are drawn by for photo in *.jpg; \
+                "there are 3 photos, but a run draws one; a shell draws all with: for photo in *.jpg; \
                  do graphstipple \"$photo\" -o \"${photo%.*}.svg\"; done",
             ),
             ("--max-points 0", "--max-points is 0, but it must be a whole number, at least 1"),

@@ -51,7 +51,7 @@ fn draw_within(job: &Job, input: &mut Input, control: &Control) -> Result<Drawn>
             session = Session::new(again.photo, again.importance);
         }
         let outcome = with_least_radius(session.draw(&options, control)?, begun.least_radius)?;
-        let is_finest = trials.tell(&outcome.drawing, &outcome.stats)?;
+        let is_finest = trials.tell(&outcome.drawing, outcome.stats.nodes)?;
         let other = if is_finest { finest.replace(outcome) } else { Some(outcome) };
         add(&mut seconds, other.map(|other| other.stats.seconds).unwrap_or_default());
         control.begin_round();

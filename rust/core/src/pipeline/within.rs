@@ -5,7 +5,7 @@
 //! again only what that changes. What is found is an ordinary drawing: its options, drawn without any limit, give the same.
 
 use crate::base::{Checked, Error, Result};
-use crate::drawing::{Drawing, Stats, Within};
+use crate::drawing::{Drawing, Within};
 use crate::files::Writer;
 use crate::options::{Options, Typed, Value, bytes};
 use crate::pipeline::search::{Search, Trial};
@@ -77,11 +77,11 @@ impl Trials {
         options.check().map(Some)
     }
 
-    /// Says which drawing these options gave. Returns whether it is the finest so far that fits.
+    /// Says which drawing these options gave, and how many nodes it has. Returns whether it is the finest so far that fits.
     ///
     /// # Errors
     /// As [`Writer::write`].
-    pub fn tell(&mut self, drawing: &Drawing, stats: &Stats) -> Result<bool> {
+    pub fn tell(&mut self, drawing: &Drawing, nodes: usize) -> Result<bool> {
         let Some(trial) = self.next else { return Ok(false) };
         let points = drawing.count_written().1 as u64;
         let bytes = self.limits.max_bytes.map(|_| self.writer.write(drawing).map(|file| file.len() as u64)).transpose()?;
@@ -90,11 +90,11 @@ impl Trials {
         if self.smallest.is_none_or(|(smallest, _)| share < smallest) {
             self.smallest = Some((share, [bytes.unwrap_or(0), points]));
         }
-        self.search.tell(trial, share, stats.nodes as u64);
+        self.search.tell(trial, share, nodes as u64);
         self.next = self.search.next();
         let is_finest = share <= 1.0 && self.best.as_ref().is_none_or(|(largest, _)| share > *largest);
         if is_finest {
-            self.best = Some((share, Within { trials: 0, bytes, points, nodes: stats.nodes, tolerance: trial.tolerance }));
+            self.best = Some((share, Within { trials: 0, bytes, points, nodes, tolerance: trial.tolerance }));
         }
         Ok(is_finest)
     }
@@ -152,7 +152,7 @@ mod tests {
         let mut finest = None;
         while let Some(options) = trials.next_options()? {
             let outcome = session.draw(&options, &Control::new())?;
-            if trials.tell(&outcome.drawing, &outcome.stats)? {
+            if trials.tell(&outcome.drawing, outcome.stats.nodes)? {
                 finest = Some(outcome);
             }
         }
