@@ -11,6 +11,7 @@ __all__ = [
     "Photo",
     "Reading",
     "Session",
+    "Trials",
     "__version__",
     "adjust",
     "cells",
@@ -120,6 +121,21 @@ class Session:
     def warning(self) -> str | None: ...
     def fits(self, options: Options) -> bool: ...
     def draw(self, options: Options, progress: Callable[[str, float], object] | None = None) -> Drawing: ...
+
+@final
+class Trials:
+    def __new__(
+        cls,
+        options: Options,
+        size: tuple[int, int],
+        max_bytes: object,
+        max_points: object,
+        suffix: str,
+        settings: dict[str, Any],
+    ) -> Trials: ...
+    def next_options(self) -> Options | None: ...
+    def tell(self, drawing: Drawing) -> bool: ...
+    def found(self, finest: Drawing | None) -> Drawing | None: ...
 
 def draw(
     photo: Photo,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
-from graphstipple._errors import GraphStippleWarning, InvalidInputError
+from graphstipple._errors import GraphStippleError, GraphStippleWarning, InvalidInputError
 from graphstipple._inputs import MAX_PIXELS, ImageLike, is_pil, is_text, path_to_read, read_photo, reading_of
-from graphstipple.drawing import Drawing, RecordedOptions, known
+from graphstipple.drawing import Drawing, RecordedOptions, known, plain_settings
 from graphstipple.options import Options
 
 if TYPE_CHECKING:
@@ -37,6 +37,9 @@ def draw(
     options: Options | RecordedOptions | None = None,
     progress: Progress | None = None,
     *,
+    max_bytes: int | str | None = None,
+    max_points: int | None = None,
+    written: Mapping[str, Any] | None = None,
     max_pixels: int = MAX_PIXELS,
     allow_damaged: bool = False,
 ) -> Drawing:
@@ -62,6 +65,15 @@ def draw(
     progress : callable, optional
         Called with the stage's name and the fraction of the whole drawing that is done, some 50 times a second. What it raises
         stops the work.
+    max_bytes : int or str, optional
+        Return the finest drawing whose file has at most so many bytes, at least 1, such as "100kB", "1MB" or "100KiB": if it is
+        larger with these options, contours are simplified further (`tolerance`), then there are fewer `nodes`, in at most eight
+        trials. The options of the drawing that is returned give it again. `written` says which file.
+    max_points : int, optional
+        Likewise with at most so many points, at least 1: coordinate pairs, control points included; a dot counts one.
+    written : mapping, optional
+        The file that `max_bytes` is about, by default a plain SVG: `suffix` ("svg", "pdf", ...), settings of `Drawing.save` by
+        name, and `min_dot` as for `Drawing.with_min_dot`, which the drawing that is returned has then been through.
     max_pixels : int
         Refuse images with more pixels, before memory is taken for them; 1 to 250,000,000.
     allow_damaged : bool
@@ -74,7 +86,7 @@ def draw(
     Raises
     ------
     InvalidInputError
-        If the image, the importance or an option breaks a rule.
+        If the image, the importance or an option breaks a rule, or no drawing is small enough: then it says how small one can be.
     ImageFileError
         If a file cannot be read as an image; `ImageFileNotFoundError` if there is none.
 
@@ -84,6 +96,10 @@ def draw(
         If the drawing is blank, though the photo is not flat; if a file lacks its end, or parts of it are drawn as background.
     """
     options = known(options)
+    limit = _limit(max_bytes, max_points, written)
+    if limit is not None:
+        session = Session(image, importance, max_pixels=max_pixels, allow_damaged=allow_damaged)
+        return _drawing(*session._within(options, progress, limit, session._seconds))
     seconds: dict[str, float] = {}
     report = progress or _silent
     reading = reading_of(options._checked, max_pixels, allow_damaged)
@@ -148,9 +164,18 @@ class Session:
         self._image = image
         self._importance = importance
         self._limits = (max_pixels, allow_damaged)
-        self._state = self._begin(Options(), {}, _silent)
+        self._seconds: dict[str, float] = {}
+        self._state = self._begin(Options()._checked, self._seconds, _silent)
 
-    def draw(self, options: Options | RecordedOptions | None = None, progress: Progress | None = None) -> Drawing:
+    def draw(
+        self,
+        options: Options | RecordedOptions | None = None,
+        progress: Progress | None = None,
+        *,
+        max_bytes: int | str | None = None,
+        max_points: int | None = None,
+        written: Mapping[str, Any] | None = None,
+    ) -> Drawing:
         """Draw the photo in black and white, as `draw` does, from where the options begin to differ from the last ones.
 
         The interpreter lock is released during the work, and Ctrl-C stops it at once. A drawing that fails or is stopped leaves the
@@ -162,6 +187,8 @@ class Session:
             By default ``Options()``, and not those of the last drawing.
         progress : callable, optional
             As for `draw`. What is kept counts as done, so the first fraction may be any.
+        max_bytes, max_points, written
+            As for `draw`.
 
         Returns
         -------
@@ -171,18 +198,17 @@ class Session:
         Raises
         ------
         InvalidInputError
-            If an option breaks a rule.
+            If an option breaks a rule, or no drawing is small enough.
         ImageFileError
             If a file has to be read again and cannot.
         """
         options = known(options)
+        limit = _limit(max_bytes, max_points, written)
         seconds: dict[str, float] = {}
+        if limit is not None:
+            return _drawing(*self._within(options, progress, limit, seconds))
         report = progress or _silent
-        state = self._state
-        if not state.session.fits(options._checked):
-            state = self._begin(options, seconds, report)
-            # In one step: threads with different backgrounds each have their own, and the last one's stays.
-            self._state = state
+        state = self._fitting(options._checked, seconds, report)
         result = state.session.draw(options._checked, progress)
         report("outlines", 1.0)
         return _drawing(result, options, seconds, state.heard)
@@ -192,8 +218,51 @@ class Session:
         width, height = session.size
         return f"<graphstipple.Session {width} x {height}: importance {session.importance}>"
 
-    def _begin(self, options: Options, seconds: dict[str, float], report: Progress) -> _State:
-        reading = reading_of(options._checked, *self._limits)
+    def _within(
+        self, options: Options, progress: Progress | None, limit: _Limit, seconds: dict[str, float]
+    ) -> tuple[_core.Drawing, Options, dict[str, float], _Heard]:
+        """Return the finest drawing within a limit, its options, the seconds of all else that was done, and what was heard."""
+        state = self._fitting(options._checked, seconds, _of_trial(progress, 0) or _silent)
+        trials = _core.Trials(options._checked, state.session.size, *limit.most, limit.suffix, limit.settings)
+        finest: _core.Drawing | None = None
+        made, said = options, list[str]()
+        count = 0
+        while (trial := trials.next_options()) is not None:
+            report = _of_trial(progress, count)
+            count += 1
+            state = self._fitting(trial, seconds, report or _silent)
+            result = state.session.draw(trial, report)
+            warned = result.warnings
+            if limit.min_dot is not None:
+                result = result.with_min_dot(limit.min_dot, limit.sizes)
+            other: _core.Drawing | None = result
+            if trials.tell(result):
+                finest, other, made, said = result, finest, Options._of(trial), warned
+            for stage, spent in other.stats()["seconds"].items() if other else ():
+                if stage != "total":
+                    seconds[stage] = seconds.get(stage, 0.0) + spent
+        found = trials.found(finest)
+        if found is None:
+            raise GraphStippleError("internal error, please report it: what was found was not kept")
+        if progress:
+            progress("outlines", 1.0)
+        heard = state.heard
+        if limit.min_dot is not None:
+            # The core says it of the drawing before the change.
+            heard = heard._replace(warnings=[*heard.warnings, *said])
+        return found, made, seconds, heard
+
+    def _fitting(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
+        """Return the state that these options can be drawn from, read again if they ask for it."""
+        state = self._state
+        if not state.session.fits(options):
+            state = self._begin(options, seconds, report)
+            # In one step: threads with different backgrounds each have their own, and the last one's stays.
+            self._state = state
+        return state
+
+    def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
+        reading = reading_of(options, *self._limits)
         photo, source, heard = _read(self._image, self._importance, reading, seconds, report)
         session = _core.Session(photo, source, reading)
         for stage, spent in session.seconds.items():
@@ -201,6 +270,51 @@ class Session:
         if session.warning:
             heard.warnings.append(session.warning)
         return _State(session, heard)
+
+
+class _Limit(NamedTuple):
+    """How large a drawing may be, and what is measured."""
+
+    most: tuple[object, object]
+    """Bytes and points."""
+    suffix: str
+    settings: dict[str, Any]
+    min_dot: object
+
+    @property
+    def sizes(self) -> dict[str, Any]:
+        """The settings that are about the size on paper."""
+        return {name: value for name, value in self.settings.items() if name in {"width", "margin", "page"}}
+
+
+def _limit(max_bytes: object, max_points: object, written: Mapping[str, Any] | None) -> _Limit | None:
+    """Return the limit of a drawing, if there is one.
+
+    Raises
+    ------
+    InvalidInputError
+        If the file that is measured is described without a limit, or as none can be.
+    """
+    if max_bytes is None and max_points is None:
+        if written is not None:
+            raise InvalidInputError("written is given, but it must be left out unless max_bytes or max_points is given")
+        return None
+    if written is not None and not isinstance(written, Mapping):
+        raise InvalidInputError(f"written is {written!r}, but it must be a mapping of settings by name")
+    settings = plain_settings(written or {})
+    suffix, min_dot = settings.pop("suffix", "svg"), settings.pop("min_dot", None)
+    if not isinstance(suffix, str):
+        raise InvalidInputError(f"suffix is {suffix!r}, but it must be a str")
+    most = plain_settings({"bytes": max_bytes, "points": max_points})
+    return _Limit((most["bytes"], most["points"]), suffix.removeprefix("."), settings, min_dot)
+
+
+def _of_trial(progress: Progress | None, trial: int) -> Progress | None:
+    """Return what reports a trial: how many there will be nobody knows, so each has half of what is left."""
+    if progress is None:
+        return None
+    left = 0.5**trial
+    return lambda stage, fraction: progress(stage, 1 - left + left / 2 * fraction)
 
 
 class _Heard(NamedTuple):

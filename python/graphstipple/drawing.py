@@ -336,13 +336,15 @@ class Drawing:
         """What was counted (stipples, regions, nodes, vertices, anchors, coordinates, ...), and the seconds that every stage took.
 
         `decoder` is what decoded the photo's file: "graphstipple", or Pillow and its version; None where there was no file. A
-        drawing that was loaded has the counts that it tells itself, and no seconds.
+        drawing that was loaded has the counts that it tells itself, and no seconds. Where bytes or points were limited, `within`
+        has what it took and came to: trials, bytes (None unless they were limited), points, nodes, tolerance.
         """
         stats = self._core.stats()
         if "seconds" in stats:
             stats["decoder"] = self._decoder
             seconds = stats["seconds"]
-            seconds.update(self._seconds)
+            for stage, spent in self._seconds.items():
+                seconds[stage] = seconds.get(stage, 0.0) + spent
             seconds["total"] = seconds.get("total", 0.0) + sum(self._seconds.values())
         return stats
 
@@ -430,9 +432,14 @@ def _checked_width(width: object) -> int | None:
     return int(width)
 
 
-def _plain(**settings: Any) -> dict[str, Any]:
-    """Return settings of how a file is written with NumPy's scalars as Python's."""
+def plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings by name with NumPy's scalars as Python's."""
     return {name: value.item() if isinstance(value, np.generic) else value for name, value in settings.items()}
+
+
+def _plain(**settings: Any) -> dict[str, Any]:
+    """Return settings of how a file is written likewise."""
+    return plain_settings(settings)
 
 
 def _given(**settings: Any) -> dict[str, Any]:

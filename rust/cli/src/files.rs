@@ -21,12 +21,14 @@ use crate::error::{Error, Result};
 /// # Errors
 /// [`Error::Usage`] for any other suffix or none, with those that are allowed.
 pub fn format_of_path(path: &Path) -> Result<Format> {
-    let suffixes = Format::suffixes();
     match path.extension().and_then(OsStr::to_str) {
-        Some(suffix) => {
-            Format::of_suffix(suffix).map_err(|_| Error::Usage(format!("{}: the suffix must be {suffixes}", path.display())))
-        }
-        None => Err(Error::Usage(format!("{}: the file name needs a suffix, {suffixes}", path.display()))),
+        Some(suffix) => Format::of_suffix(suffix).map_err(|error| match error {
+            graphstipple_core::Error::Option { allowed, .. } => {
+                Error::Usage(format!("{}: the suffix must be {allowed}", path.display()))
+            }
+            other => Error::Core(other),
+        }),
+        None => Err(Error::Usage(format!("{}: the file name needs a suffix: {}", path.display(), Format::suffixes()))),
     }
 }
 
@@ -52,31 +54,64 @@ pub fn set_fallback(fallback: Fallback) {
 /// Reads an image file.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read, [`Error::Photo`] if it is no image that the core takes, nor one that the
-/// [`Fallback`] does.
+/// As [`Input::read`].
 pub fn read_photo(path: &Path, reading: &Reading, control: &Control) -> Result<Decoded> {
-    let failed = |source| Error::File { path: path.to_owned(), source };
-    let file = fs::File::open(path).map_err(failed)?;
-    if file.metadata().map_err(failed)?.is_dir() {
-        return Err(failed(io::ErrorKind::IsADirectory.into()));
-    }
-    let mut file = BufReader::with_capacity(READ_AT_ONCE, file);
-    if file.stream_position().is_err() {
-        // A pipe has a path too, but no end to look at.
-        return decode_bytes(path, &all_of(path, file)?, reading, control);
-    }
-    let decoded = decode(&mut file, reading, control).or_else(|error| ask(error, Handed::Path(path), reading));
-    decoded.map_err(|error| of_photo(path, error))
+    Input::file(path).read(reading, control)
 }
 
-/// Reads an image from standard input, as [`read_photo`] does from a file.
-///
-/// # Errors
-/// As [`read_photo`]; the path in the error is `-`.
-pub fn read_standard_input(reading: &Reading, control: &Control) -> Result<Decoded> {
-    let path = Path::new("-");
-    let bytes = all_of(path, io::stdin().lock())?;
-    decode_bytes(path, &bytes, reading, control)
+/// An image file, or standard input, that can be read more than once: what comes through a pipe comes once, and is kept.
+#[derive(Debug)]
+pub struct Input {
+    path: PathBuf,
+    is_standard: bool,
+    piped: Option<Vec<u8>>,
+}
+
+impl Input {
+    /// The file of this path.
+    pub fn file(path: &Path) -> Self {
+        Self { path: path.to_owned(), is_standard: false, piped: None }
+    }
+
+    /// Standard input.
+    pub fn standard() -> Self {
+        Self { path: PathBuf::from("-"), is_standard: true, piped: None }
+    }
+
+    /// Its path; that of standard input is `-`.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Reads the image.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be read, [`Error::Photo`] if it is no image that the core takes, nor one that the
+    /// [`Fallback`] does.
+    pub fn read(&mut self, reading: &Reading, control: &Control) -> Result<Decoded> {
+        let path = &*self.path;
+        let bytes = match &mut self.piped {
+            Some(bytes) => bytes,
+            none if self.is_standard => none.insert(all_of(path, io::stdin().lock())?),
+            none => {
+                let failed = |source| Error::File { path: path.to_owned(), source };
+                let file = fs::File::open(path).map_err(failed)?;
+                if file.metadata().map_err(failed)?.is_dir() {
+                    return Err(failed(io::ErrorKind::IsADirectory.into()));
+                }
+                let mut file = BufReader::with_capacity(READ_AT_ONCE, file);
+                if file.stream_position().is_ok() {
+                    let decoded = decode(&mut file, reading, control).or_else(|error| ask(error, Handed::Path(path), reading));
+                    return decoded.map_err(|error| of_photo(path, error));
+                }
+                // A pipe has a path too, but no end to look at.
+                none.insert(all_of(path, file)?)
+            }
+        };
+        let decoded =
+            decode(&mut Cursor::new(&*bytes), reading, control).or_else(|error| ask(error, Handed::Bytes(bytes), reading));
+        decoded.map_err(|error| of_photo(path, error))
+    }
 }
 
 /// Bytes of a file that are read at once.
@@ -92,11 +127,6 @@ fn all_of(path: &Path, stream: impl Read) -> Result<Vec<u8>> {
         return Err(of_photo(path, graphstipple_core::Error::Decode(sentence)));
     }
     Ok(bytes)
-}
-
-fn decode_bytes(path: &Path, bytes: &[u8], reading: &Reading, control: &Control) -> Result<Decoded> {
-    let decoded = decode(&mut Cursor::new(bytes), reading, control).or_else(|error| ask(error, Handed::Bytes(bytes), reading));
-    decoded.map_err(|error| of_photo(path, error))
 }
 
 /// Asks the fallback for what the core does not support.
@@ -281,7 +311,7 @@ mod tests {
         assert_eq!(format_of_path(Path::new("b.png")).unwrap().suffix, "png");
         let suffixes = Format::suffixes();
         for (path, rule) in
-            [("a.gif", "the suffix must be"), ("a", "the file name needs a suffix,"), (".svg", "the file name needs a suffix,")]
+            [("a.gif", "the suffix must be"), ("a", "the file name needs a suffix:"), (".svg", "the file name needs a suffix:")]
         {
             let error = format_of_path(Path::new(path)).unwrap_err();
             assert_eq!((error.to_string(), error.exit_code()), (format!("{path}: {rule} {suffixes}"), 2));

@@ -3,10 +3,13 @@
 //! [`files`] reads photos and writes drawings; the Python package calls it too.
 
 mod arguments;
+mod command;
+mod drawn;
 pub mod error;
 pub mod files;
+mod messages;
+mod shell;
 
-use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -15,12 +18,15 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use graphstipple_core::stages::{Stats, draw_owned, raster, schema};
+use graphstipple_core::stages::{Stats, raster, schema};
 use graphstipple_core::{Control, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use arguments::{HELP_ALL, Job, LIST_PRESETS, OPTIONS_SCHEMA, STANDARD, command, in_flags};
+use arguments::Job;
+use command::{COMPLETIONS, HELP_ALL, LIST_PRESETS, MAN, OPTIONS_SCHEMA, command};
+use drawn::Drawn;
 pub use error::{Error, Result};
+use messages::in_flags;
 
 /// How often the waiting thread looks for an interruption and moves the progress bar: well under the half second within which
 /// an interruption must end the run, and too seldom to cost anything.
@@ -41,29 +47,34 @@ const STEPS: u64 = 1000;
 pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> bool) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let done = match printed(&arguments) {
-        Some(text) => print(io::stdout(), text.as_bytes()),
+        Some(text) => text.and_then(|text| print(io::stdout(), text.as_bytes())),
         None => Job::of(arguments).and_then(|job| execute(&job, interrupted)),
     };
     done.map_or_else(|error| report(&error), |()| 0)
 }
 
 /// What is printed in place of drawing, if a flag asks for it: then nothing else is looked at.
-fn printed(arguments: &[OsString]) -> Option<String> {
+fn printed(arguments: &[OsString]) -> Option<Result<String>> {
     // What comes behind -- is a path, whatever it looks like.
-    arguments.iter().skip(1).take_while(|argument| *argument != "--").find_map(|argument| {
-        let flag = match argument.to_str()? {
+    let texts: Vec<&str> =
+        arguments.iter().skip(1).take_while(|argument| *argument != "--").map(|it| it.to_str().unwrap_or_default()).collect();
+    texts.iter().enumerate().find_map(|(place, argument)| {
+        let flag = match *argument {
             "-h" => "help",
             "-V" => "version",
             flag => flag.strip_prefix("--")?,
         };
-        Some(match flag {
-            "help" => help(false),
-            HELP_ALL => help(true),
-            "version" => format!("graphstipple {}\n", env!("CARGO_PKG_VERSION")),
-            LIST_PRESETS => list_of_presets(),
-            OPTIONS_SCHEMA => serde_json::to_string_pretty(&schema()).expect("names and numbers always serialize") + "\n",
+        Some(Ok(match flag.split_once('=').unwrap_or((flag, "")) {
+            ("help", "") => help(false),
+            (HELP_ALL, "") => help(true),
+            ("version", "") => format!("graphstipple {}\n", env!("CARGO_PKG_VERSION")),
+            (LIST_PRESETS, "") => list_of_presets(),
+            (OPTIONS_SCHEMA, "") => serde_json::to_string_pretty(&schema()).expect("names and numbers always serialize") + "\n",
+            (MAN, "") => shell::man(),
+            (COMPLETIONS, "") => return Some(shell::completions(texts.get(place + 1).copied().unwrap_or_default())),
+            (COMPLETIONS, shell) => return Some(shell::completions(shell)),
             _ => return None,
-        })
+        }))
     })
 }
 
@@ -165,34 +176,9 @@ fn work(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<Made> {
 
 /// The whole work, from the photo's bytes to those of the outputs.
 fn make(job: &Job, control: &Control) -> Result<Made> {
-    let mut seconds = BTreeMap::new();
-    let begin = Instant::now();
-    let decoded = match &job.photo {
-        Some(path) => files::read_photo(path, &job.reading, control)?,
-        None => files::read_standard_input(&job.reading, control)?,
-    };
-    let path = job.photo.as_deref().unwrap_or(Path::new(STANDARD));
-    let of_photo = decoded.warning.map(|warning| files::told(path, &warning));
-    let photo = decoded.photo;
-    seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
-    // Sizes that cannot be are better told now than after the work.
-    let least_radius = job.check_sizes(photo.width(), photo.height())?;
-    let evaluated = files::evaluate(job.importance.clone(), photo.luma(), &job.reading, &mut seconds, control)?;
-    let outcome = draw_owned(photo, evaluated.importance, &job.options, control)?;
-
-    let warnings = of_photo.into_iter().chain(evaluated.warning).chain(outcome.warning).collect();
-    let mut stats = outcome.stats;
-    stats.decoder = Some(decoded.decoder);
-    stats.add_seconds(seconds);
-    let mut drawing = outcome.drawing;
-    if let Some(least) = least_radius {
-        let (changed, changes) = drawing.with_least_radius(least)?;
-        drawing = Arc::new(changed);
-        (stats.dots_enlarged, stats.dots_dropped) = (changes.enlarged, changes.dropped);
-        stats.stipples = drawing.stipples.len();
-        (stats.anchors, stats.coordinates) = drawing.count_written();
-    }
-    let mut made = Made { files: Vec::new(), standard_output: None, stats, warnings };
+    let Drawn { outcome, warnings } = drawn::draw(job, control)?;
+    let drawing = outcome.drawing;
+    let mut made = Made { files: Vec::new(), standard_output: None, stats: outcome.stats, warnings };
     let bytes = job.writer.write(&drawing)?;
     match &job.output {
         None => made.standard_output = Some(bytes),

@@ -117,7 +117,7 @@ fn wrong_usage_is_two_and_one_line() {
             "--nodes-per-pixel is 1, but it must be left out when nodes is given: the budget is one or the other".into(),
         ),
         ("photo.png -o a.gif", format!("a.gif: the suffix must be {}", Format::suffixes())),
-        ("photo.png -o a", format!("a: the file name needs a suffix, {}", Format::suffixes())),
+        ("photo.png -o a", format!("a: the file name needs a suffix: {}", Format::suffixes())),
         ("photo.png -o a.png --preview a.png", "a.png: the preview must be another file than the output".into()),
         ("photo.png -o photo.png", "photo.png: the drawing would replace an image that it is made from".into()),
     ] {

@@ -1,13 +1,13 @@
 //! The stages, each callable alone, and the data that they hand to one another; in the order of the data.
 
 // What all stages share: the geometry of the canvas, inks and colours.
-pub use crate::base::{Color, Ink, Side, signed_area};
+pub use crate::base::{Color, Ink, Side, nearest, signed_area};
 // What options hold.
 pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
     DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
-    Stage, Value, preset, schema,
+    Stage, Value, preset, schema, whole,
 };
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
@@ -29,7 +29,7 @@ pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, 
 // From labels to shapes.
 pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
 // The drawing as data.
-pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, assemble};
+pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.
 pub use crate::files::{
     Area, Dots, Elements, Ground, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, SETTINGS, Setting,
@@ -37,3 +37,5 @@ pub use crate::files::{
 };
 // The whole method, giving back its memory as it goes.
 pub use crate::pipeline::draw_owned;
+// The finest drawing that is not too large.
+pub use crate::pipeline::{Limits, Trials};

@@ -105,6 +105,21 @@ type GraphArrays<'py> = (
     Bound<'py, PyArray1<u32>>,
 );
 
+impl Drawing {
+    /// The drawing itself, shared, and the number of its nodes.
+    pub(crate) fn shared(&self) -> (Arc<CoreDrawing>, usize) {
+        let nodes = self.stats.get("nodes").and_then(Json::as_u64).unwrap_or(0);
+        (Arc::clone(&self.drawing), nodes as usize)
+    }
+
+    /// The same with one more entry in its stats.
+    pub(crate) fn with_stat(&self, name: &str, value: Json) -> Self {
+        let mut stats = self.stats.clone();
+        stats.insert(name.to_owned(), value);
+        Self { drawing: Arc::clone(&self.drawing), stats, warnings: self.warnings.clone(), stages: self.stages.clone() }
+    }
+}
+
 #[pymethods]
 impl Drawing {
     /// Width of the canvas in pixels.
@@ -299,10 +314,10 @@ pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &CoreDrawing, index: 
 }
 
 /// What writes drawings in a format with these settings.
-fn writer(format: Format, settings: &Bound<'_, PyDict>) -> PyResult<Writer> {
+pub(crate) fn writer(format: Format, settings: &Bound<'_, PyDict>) -> PyResult<Writer> {
     format.writer(options::export(settings)?).map_err(errors::from_core)
 }
 
-fn internal(error: serde_json::Error) -> PyErr {
+pub(crate) fn internal(error: serde_json::Error) -> PyErr {
     errors::from_core(Error::Internal(error.to_string()))
 }

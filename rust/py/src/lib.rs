@@ -14,6 +14,7 @@ mod session;
 mod stages;
 mod values;
 mod watch;
+mod within;
 
 use pyo3::prelude::*;
 
@@ -34,6 +35,8 @@ mod _core {
         relax, samples_per_pixel, split, stipple, triangulate,
     };
     use crate::watch;
+    #[pymodule_export]
+    use crate::within::Trials;
     use pyo3::prelude::*;
     use std::ffi::OsString;
 

@@ -6,6 +6,7 @@ mod colour;
 mod control;
 mod error;
 mod ink;
+mod nearest;
 mod noise;
 mod paths;
 mod plane;
@@ -17,6 +18,8 @@ pub(crate) use control::Step;
 pub(crate) use error::in_one_line;
 pub use error::{Error, Result};
 pub use ink::Ink;
+pub use nearest::nearest;
+pub(crate) use nearest::or_nearest;
 pub(crate) use noise::{mixed, noise};
 pub(crate) use paths::{
     POLYGON_REACH, ROOM, STAR_FILL, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flatten_quad, flattened_edges,

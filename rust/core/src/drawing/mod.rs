@@ -15,4 +15,4 @@ pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub use least_radius::DotChanges;
 pub(crate) use loose::{Loose, Shape, invalid};
 pub(crate) use sides::put_together;
-pub use stats::Stats;
+pub use stats::{Stats, Within};

@@ -38,10 +38,27 @@ pub struct Stats {
     pub dots_enlarged: usize,
     /// Stipples that a least radius left out.
     pub dots_dropped: usize,
+    /// What it took to keep the drawing within a limit, and what it came to; `None` where there was none.
+    pub within: Option<Within>,
     /// Which program decoded the photo's file: `graphstipple`, or another with its version; `None` where there was none.
     pub decoder: Option<String>,
     /// Seconds each stage took, and `total`.
     pub seconds: std::collections::BTreeMap<String, f64>,
+}
+
+/// What a drawing within limits came to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Within {
+    /// Drawings that were made to find it.
+    pub trials: usize,
+    /// Bytes of its file, if they are limited.
+    pub bytes: Option<u64>,
+    /// Points: coordinate pairs of the drawing.
+    pub points: u64,
+    /// Nodes of the drawing.
+    pub nodes: usize,
+    /// Its tolerance in pixels.
+    pub tolerance: f64,
 }
 
 impl Stats {

@@ -3,7 +3,7 @@
 //! Every setting is declared once, in [`SETTINGS`]: the command line has a flag of each, and so has Python's `save` an argument.
 //! Which of them a format takes is for the table of formats to say.
 
-use crate::base::{Checked, Color, Error, Ink, Result, in_one_line};
+use crate::base::{Checked, Color, Error, Ink, Result, in_one_line, or_nearest};
 use crate::files::layers::colours;
 use crate::files::{Layout, Length, Page, Style};
 use crate::options::{Audience, Inks, Typed, Value, words};
@@ -210,6 +210,13 @@ pub fn named_length(name: &str, value: &Value) -> Result<Length> {
     length(value).ok_or_else(|| Error::option(name, value, Length::ALLOWED))
 }
 
+impl Setting {
+    /// The words that it takes: they stand in quotes where its declaration says what is allowed.
+    pub fn words(&self) -> impl Iterator<Item = &'static str> {
+        self.allowed.split('"').skip(1).step_by(2)
+    }
+}
+
 impl Export {
     /// Gives a setting a value. Its type is checked here, its range by [`Export::check`].
     ///
@@ -217,9 +224,11 @@ impl Export {
     /// [`Error::Option`] if the value is of another type than the setting, [`Error::Input`] if there is no such setting.
     pub fn set(&mut self, name: &str, value: &Value) -> Result<()> {
         let setting = SETTINGS.iter().find(|setting| setting.name == name);
-        let setting = setting
-            .ok_or_else(|| Error::Input(format!("there is no setting {} of how a drawing is written", in_one_line(name))))?;
-        (setting.set)(self, value).ok_or_else(|| Error::option(name, value, setting.allowed))
+        let setting = setting.ok_or_else(|| {
+            let sentence = format!("there is no setting {} of how a drawing is written", in_one_line(name));
+            Error::Input(or_nearest(&sentence, name, SETTINGS.iter().map(|setting| setting.name), str::to_owned))
+        })?;
+        (setting.set)(self, value).ok_or_else(|| Error::option(name, value, value.or_nearest(setting.allowed, setting.words())))
     }
 
     /// Checks every value, and that they go together.
@@ -292,7 +301,10 @@ mod tests {
     #[test]
     fn what_is_wrong_is_told_by_its_name() {
         let message = |name: &str, value: &Value| Export::default().set(name, value).unwrap_err().to_string();
-        assert_eq!(message("style", &word("flatt")), "style is \"flatt\", but it must be \"flat\" or \"layered\"");
+        assert_eq!(
+            message("style", &word("flatt")),
+            "style is \"flatt\", but it must be \"flat\" or \"layered\"; did you mean \"flat\"?"
+        );
         assert_eq!(message("one_bit", &Value::Whole(1)), "one_bit is 1, but it must be True or False");
         assert_eq!(message("dpi", &word("fine")), "dpi is \"fine\", but it must be a number between 1 and 10000 pixels per inch");
         let rule = "but it must be \"none\", or a colour: white, black, #rrggbb or #rgb";
@@ -305,7 +317,7 @@ mod tests {
             assert!(told.starts_with(&format!("width is {wrong}, but it must be a number, at least 0, with mm")), "{told}");
         }
         assert!(message("page", &Value::Whole(4)).starts_with("page is 4, but it must be A3, A4"));
-        assert_eq!(message("stlye", &word("flat")), "there is no setting stlye of how a drawing is written");
+        assert_eq!(message("stlye", &word("flat")), "there is no setting stlye of how a drawing is written; did you mean style?");
         assert!(named_length("min_dot", &word("x")).unwrap_err().to_string().starts_with("min_dot is \"x\", but it must be"));
     }
 

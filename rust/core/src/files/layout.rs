@@ -138,7 +138,8 @@ pub enum Sheet {
 }
 
 impl Sheet {
-    const ALL: [Self; 7] = [Self::A3, Self::A4, Self::A5, Self::A6, Self::Letter, Self::Legal, Self::Tabloid];
+    /// All sheets.
+    pub const ALL: [Self; 7] = [Self::A3, Self::A4, Self::A5, Self::A6, Self::Letter, Self::Legal, Self::Tabloid];
 
     /// As it is written.
     pub fn name(self) -> &'static str {

@@ -22,7 +22,7 @@ mod svg;
 mod svgz;
 mod write_path;
 
-use crate::base::{Checked, Control, Error, Result};
+use crate::base::{Checked, Control, Error, Result, or_nearest};
 use crate::drawing::Drawing;
 
 pub use export::{Dots, Elements, Export, SETTINGS, Setting, named_length};
@@ -132,7 +132,10 @@ impl Format {
     /// [`Error::Option`] with the suffixes that there are.
     pub fn of_suffix(suffix: &str) -> Result<Self> {
         let found = Self::ALL.iter().find(|format| format.suffix.eq_ignore_ascii_case(suffix));
-        found.copied().ok_or_else(|| Error::option("suffix", suffix, Self::suffixes()))
+        found.copied().ok_or_else(|| {
+            let all = Self::ALL.iter().map(|format| format.suffix);
+            Error::option("suffix", suffix, or_nearest(&Self::suffixes(), suffix, all, |suffix| format!(".{suffix}")))
+        })
     }
 
     /// All suffixes, for messages: `.svg, .pdf or .json`.
@@ -255,6 +258,8 @@ mod tests {
         assert_eq!(suffixes.matches('.').count(), Format::ALL.len());
         let error = Format::of_suffix("gif").unwrap_err().to_string();
         assert_eq!(error, format!("suffix is gif, but it must be {suffixes}"));
+        let error = Format::of_suffix("sgv").unwrap_err().to_string();
+        assert_eq!(error, format!("suffix is sgv, but it must be {suffixes}; did you mean .svg?"));
     }
 
     #[test]

@@ -8,16 +8,19 @@ mod budget;
 mod choices;
 mod declaration;
 mod declared;
+mod numbers;
 mod presets;
 mod schema;
 mod value;
 
-use crate::base::{Checked, Error, Result, in_one_line};
+use crate::base::{Checked, Error, Result, in_one_line, or_nearest};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXELS, PIXELS_PER_NODE};
 pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};
+pub(crate) use numbers::bytes;
+pub use numbers::whole;
 pub use presets::{Preset, preset, presets};
 pub use schema::schema;
 pub use value::{Rule, Value};
@@ -129,7 +132,12 @@ impl Declaration {
     /// [`Error::Input`] if there is none of this name.
     pub fn named(name: &str) -> Result<&'static Self> {
         let found = DECLARATIONS.iter().find(|declaration| declaration.full_name() == name);
-        found.ok_or_else(|| Error::Input(format!("there is no option {}", in_one_line(name))))
+        found.ok_or_else(|| {
+            let sentence = format!("there is no option {}", in_one_line(name));
+            let short = name.rsplit('.').next().unwrap_or(name);
+            let full_name = |name: &str| DECLARATIONS.iter().find(|it| it.name == name).map_or_else(String::new, Self::full_name);
+            Error::Input(or_nearest(&sentence, short, DECLARATIONS.iter().map(|it| it.name), full_name))
+        })
     }
 
     /// A value as a command line has it, in words: what stands for nothing that the option takes remains a word.
@@ -141,7 +149,8 @@ impl Declaration {
     fn refuse(&self, value: &Value) -> Error {
         let sort = self.rule.sort(value);
         let absent = if self.absent.is_some() && !sort.is_empty() { "None or " } else { "" };
-        Error::option(self.full_name(), value, format!("{absent}{sort}{}", self.allowed()))
+        let allowed = format!("{absent}{sort}{}", self.allowed());
+        Error::option(self.full_name(), value, value.or_nearest(&allowed, self.rule.words()))
     }
 }
 
@@ -164,11 +173,14 @@ mod tests {
         assert_eq!(Options::from_json(&json).unwrap(), options);
         assert_eq!(Options::from_json(&serde_json::Map::new()).unwrap(), Options::default());
         let misspelt = serde_json::json!({"densty": 1});
-        assert_eq!(Options::from_json(misspelt.as_object().unwrap()).unwrap_err().to_string(), "there is no option densty");
+        assert_eq!(
+            Options::from_json(misspelt.as_object().unwrap()).unwrap_err().to_string(),
+            "there is no option densty; did you mean published.density?"
+        );
         let misspelt = serde_json::json!({"published": {"densty": 1}});
         assert_eq!(
             Options::from_json(misspelt.as_object().unwrap()).unwrap_err().to_string(),
-            "there is no option published.densty"
+            "there is no option published.densty; did you mean published.density?"
         );
     }
 
@@ -207,14 +219,14 @@ mod tests {
             of_type("published.order", Value::Word("random".into())),
             "published.order is \"random\", but it must be \"rows\" or \"global\""
         );
-        assert_eq!(of_type("densty", Value::Whole(1)), "there is no option densty");
+        assert_eq!(of_type("densty", Value::Whole(1)), "there is no option densty; did you mean published.density?");
     }
 
     #[test]
     fn what_is_quoted_stays_in_one_line() {
         let told = |name: &str, word: &str| Options::default().set(name, &Value::Word(word.into())).unwrap_err().to_string();
         assert_eq!(told("gamma", "2\n\u{1b}[0m"), "gamma is \"2\\n\\u{1b}[0m\", but it must be a number between 0.1 and 10");
-        assert_eq!(told("gam\nma", "2"), "there is no option gam\\nma");
+        assert_eq!(told("gam\nma", "2"), "there is no option gam\\nma; did you mean gamma?");
         let json = serde_json::json!({"gamma": ["a\nb", {"c\n": "\u{7f}\u{85}"}]});
         assert!(!Options::from_json(json.as_object().unwrap()).unwrap_err().to_string().contains(char::is_control));
     }

@@ -2,7 +2,7 @@
 //!
 //! Each differs from the defaults in a few options; any of them can be changed again. A preset may suggest the inks to write with.
 
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, or_nearest};
 
 use super::{Inks, Options};
 
@@ -96,7 +96,8 @@ pub fn preset(name: &str) -> Result<Preset> {
     all.iter().find(|preset| preset.name == name).cloned().ok_or_else(|| {
         let names: Vec<&str> = all.iter().map(|preset| preset.name).collect();
         let (last, rest) = names.split_last().expect("there are presets");
-        Error::option("preset", name, format!("{} or {last}", rest.join(", ")))
+        let allowed = format!("{} or {last}", rest.join(", "));
+        Error::option("preset", name, or_nearest(&allowed, name, names, str::to_owned))
     })
 }
 
@@ -115,5 +116,8 @@ mod tests {
         assert_eq!((all[0].options.clone(), all[1].options.clone()), (Options::default(), Options::paper()));
         let error = preset("lino").unwrap_err().to_string();
         assert!(all.iter().all(|one| error.contains(one.name)), "{error}");
+        let error = preset("potrait").unwrap_err().to_string();
+        assert!(error.ends_with("poster or scratchboard; did you mean portrait?"), "{error}");
+        assert!(preset("engraving").unwrap_err().to_string().ends_with("poster or scratchboard"));
     }
 }

@@ -5,7 +5,8 @@
 
 use std::fmt;
 
-use crate::base::Color;
+use super::numbers::{exact, whole};
+use crate::base::{Color, or_nearest};
 
 /// A value that somebody gives to an option, or that an option has.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +38,14 @@ impl fmt::Display for Value {
             Self::Word(word) => write!(f, "\"{word}\""),
             Self::Foreign(text) => f.write_str(text),
         }
+    }
+}
+
+impl Value {
+    /// What is allowed in place of this value, and after it which of these words it was probably meant to be.
+    pub(crate) fn or_nearest<'a>(&self, allowed: &str, words: impl IntoIterator<Item = &'a str>) -> String {
+        let Self::Word(given) = self else { return allowed.to_owned() };
+        or_nearest(allowed, given, words, |word| format!("\"{word}\""))
     }
 }
 
@@ -102,11 +111,11 @@ impl Typed for f64 {
 }
 
 impl Typed for u64 {
-    /// Floats that are whole numbers too, such as 1e5: the largest of them that are all exact is 2^53.
+    /// Floats that are whole numbers too, such as 1e5.
     fn read(value: &Value) -> Option<Self> {
         match value {
             Value::Whole(number) => Some(*number),
-            Value::Number(number) if number.fract() == 0.0 && (0.0..=(1u64 << 53) as f64).contains(number) => Some(*number as Self),
+            Value::Number(number) => exact(*number),
             _ => None,
         }
     }
@@ -195,12 +204,21 @@ impl Rule {
         }
     }
 
+    /// The words that it takes, if they are all known.
+    pub fn words(self) -> impl Iterator<Item = &'static str> {
+        let words = match self {
+            Self::Words(words) | Self::WordsOrWithin(words, ..) => words,
+            _ => &[],
+        };
+        words.iter().copied()
+    }
+
     /// The value that a word on a command line stands for.
     pub(super) fn parse(self, text: &str) -> Value {
         let number = || text.parse().map_or_else(|_| Value::Word(text.to_owned()), Value::Number);
         match self {
             Self::Within(..) | Self::UpTo(_) | Self::WordsOrWithin(..) => number(),
-            Self::Whole(..) => text.parse().map_or_else(|_| number(), Value::Whole),
+            Self::Whole(..) => whole(text).map_or_else(number, Value::Whole),
             Self::Switch => match text {
                 "true" => Value::Switch(true),
                 "false" => Value::Switch(false),
@@ -296,7 +314,8 @@ mod tests {
         let whole = Rule::Whole(0, 1 << 53);
         for (text, value) in [
             ("7", Value::Whole(7)),
-            ("1e5", Value::Number(1e5)),
+            ("1e5", Value::Whole(100_000)),
+            ("100k", Value::Whole(100_000)),
             ("9007199254740993", Value::Whole(9_007_199_254_740_993)),
             ("1.5", Value::Number(1.5)),
             ("-1", Value::Number(-1.0)),

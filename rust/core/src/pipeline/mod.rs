@@ -4,7 +4,10 @@
 mod draw;
 mod memory;
 mod needs;
+mod search;
 mod session;
+mod within;
 
 pub use draw::{Outcome, draw, draw_owned};
 pub use session::Session;
+pub use within::{Limits, Trials};

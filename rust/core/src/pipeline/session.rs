@@ -43,6 +43,13 @@ impl Session {
         &self.importance
     }
 
+    /// Whether the photo, and a map that was given, are reduced as these options ask for. Else they are to be read again, for another
+    /// session: then the drawing is the one that the options give from the start.
+    pub fn fits(&self, options: &Options) -> bool {
+        let map = if let Importance::Map(map) = &self.importance { Some(map) } else { None };
+        std::iter::once(&self.photo).chain(map).all(|photo| photo.fits(options))
+    }
+
     /// Draws the photo as [`crate::draw`] does, to the last bit, but runs only the stages that these options change: those, and
     /// no others, are in the stats' seconds.
     ///
