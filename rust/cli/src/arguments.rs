@@ -59,7 +59,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         .disable_version_flag(true)
         .arg(photo());
     let of_options = DECLARATIONS.iter().filter(|d| d.group != Group::Method).map(|d| of_option(d, with_all));
-    let arguments: Vec<Arg> = of_output()
+    let arguments: Vec<Arg> = of_output(with_all)
         .into_iter()
         .chain(of_options)
         .chain([importance(with_all), published(with_all)])
@@ -129,7 +129,7 @@ fn help_of(declaration: &Declaration, with_all: bool) -> String {
 }
 
 /// A file and how it is written.
-fn of_output() -> Vec<Arg> {
+fn of_output(with_all: bool) -> Vec<Arg> {
     let output = Arg::new("output")
         .short('o')
         .long("output")
@@ -155,7 +155,7 @@ fn of_output() -> Vec<Arg> {
         .allow_hyphen_values(true)
         .help("Least radius of a dot: smaller ones grow where there is room, else they go")
         .help_heading(SIZE);
-    let settings = SETTINGS.iter().map(of_setting);
+    let settings = SETTINGS.iter().map(|setting| of_setting(setting, with_all));
     [output, preview].into_iter().chain(settings).chain([preview_width, min_dot]).collect()
 }
 
@@ -164,13 +164,14 @@ const OUTPUT: &str = "File";
 const SIZE: &str = "Size on paper";
 
 /// An argument of a setting of the file.
-fn of_setting(setting: &'static Setting) -> Arg {
+fn of_setting(setting: &'static Setting, with_all: bool) -> Arg {
     let takers: Vec<&Format> = Format::ALL.iter().filter(|format| format.settings.contains(&setting.name)).collect();
     let only = match takers[..] {
         [format] => format!(" (.{} only)", format.suffix),
         _ => String::new(),
     };
     let flag = flag(setting.name).help_heading(if setting.is_size { SIZE } else { OUTPUT });
+    let flag = flag.hide(!with_all && setting.audience == Audience::Further);
     if setting.value_name.is_empty() {
         return flag.action(ArgAction::SetTrue).help(format!("{}{only}", setting.sentence));
     }

@@ -180,7 +180,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let evaluated = files::evaluate(job.importance.clone(), photo.luma(), &job.reading, &mut seconds, control)?;
     let outcome = draw_owned(photo, evaluated.importance, &job.options, control)?;
 
-    let warnings = of_photo.into_iter().chain(evaluated.warning).chain(outcome.warning).collect();
+    let mut warnings: Vec<String> = of_photo.into_iter().chain(evaluated.warning).chain(outcome.warning).collect();
     let mut stats = outcome.stats;
     stats.decoder = Some(decoded.decoder);
     stats.add_seconds(seconds);
@@ -192,6 +192,7 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         stats.stipples = drawing.stipples.len();
         (stats.anchors, stats.coordinates) = drawing.count_written();
     }
+    warnings.extend(job.writer.warning(&drawing));
     let mut made = Made { files: Vec::new(), standard_output: None, stats, warnings };
     let bytes = job.writer.write(&drawing)?;
     match &job.output {

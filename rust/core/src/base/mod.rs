@@ -20,7 +20,8 @@ pub use ink::Ink;
 pub(crate) use noise::{mixed, noise};
 pub use paths::FLATTENING_TOLERANCE;
 pub(crate) use paths::{
-    POLYGON_REACH, ROOM, STAR_FILL, circle_polygon, flatten_path, flatten_quad, flattened_edges, is_closed, is_mirrored,
+    POLYGON_REACH, ROOM, STAR_FILL, circle_polygon, flatten_cubic, flatten_path, flatten_quad, flattened_edges, is_closed,
+    is_mirrored,
 };
 pub(crate) use plane::{Frame, distance_to_segment};
 pub use plane::{Side, signed_area};

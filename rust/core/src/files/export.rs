@@ -5,7 +5,17 @@
 
 use crate::base::{Checked, Error, Result, in_one_line};
 use crate::files::{Layout, Length, Page, Style};
-use crate::options::{Inks, Typed, Value};
+use crate::options::{Audience, Inks, Typed, Value, words};
+
+words! {
+    /// What the curves of a DXF are.
+    Curves {
+        /// Polylines close to them, which every program takes.
+        Polylines = "polylines",
+        /// Splines, exactly as they are drawn.
+        Splines = "splines",
+    }
+}
 
 /// How a drawing is written. What a format has no use for is left alone.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -14,6 +24,8 @@ pub struct Export {
     pub style: Style,
     /// What a flat drawing is written with.
     pub inks: Inks,
+    /// What the curves of a DXF are.
+    pub curves: Curves,
     /// The size on paper, and the resolution of pixels.
     pub layout: Layout,
     /// Whether a PNG holds black and white alone, one bit a pixel, instead of antialiased grey.
@@ -35,6 +47,8 @@ pub struct Setting {
     pub allowed: &'static str,
     /// Whether it is about the size on paper.
     pub is_size: bool,
+    /// Who turns it.
+    pub audience: Audience,
     /// Sets the field if the value is of its type.
     set: fn(&mut Export, &Value) -> Option<()>,
     /// For what a format without it cannot give, and so refuses instead of leaving it alone: the value, where it is given.
@@ -50,6 +64,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "flat",
         allowed: "\"flat\" or \"layered\"",
         is_size: false,
+        audience: Audience::Everyday,
         set: |export, value| Style::read(value).map(|style| export.style = style),
         refused: None,
     },
@@ -60,7 +75,19 @@ pub const SETTINGS: &[Setting] = &[
         default: "black, or as the preset suggests",
         allowed: "\"black\", \"white\" or \"both\"",
         is_size: false,
+        audience: Audience::Everyday,
         set: |export, value| Inks::read(value).map(|inks| export.inks = inks),
+        refused: None,
+    },
+    Setting {
+        name: "curves",
+        value_name: "CURVES",
+        sentence: "Curves of a DXF: polylines, or splines, which cutters and older programs may not take",
+        default: "polylines",
+        allowed: "\"polylines\" or \"splines\"",
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| Curves::read(value).map(|curves| export.curves = curves),
         refused: None,
     },
     Setting {
@@ -70,6 +97,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "grey edges",
         allowed: "True or False",
         is_size: false,
+        audience: Audience::Everyday,
         set: |export, value| bool::read(value).map(|one_bit| export.one_bit = one_bit),
         refused: Some(|export| export.one_bit.then(|| "True".to_owned())),
     },
@@ -80,6 +108,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "what fits the page, or a px for a pixel",
         allowed: Length::ALLOWED,
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| length(value).map(|width| export.layout.width = Some(width)),
         refused: None,
     },
@@ -90,6 +119,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "0",
         allowed: Length::ALLOWED,
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| length(value).map(|margin| export.layout.margin = margin),
         refused: None,
     },
@@ -100,6 +130,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "none",
         allowed: Page::ALLOWED,
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| {
             let Value::Word(text) = value else { return None };
             text.parse().ok().map(|page: Page| export.layout.page = Some(page))
@@ -113,6 +144,7 @@ pub const SETTINGS: &[Setting] = &[
         default: "300 on paper",
         allowed: "a number between 1 and 10000 pixels per inch",
         is_size: true,
+        audience: Audience::Everyday,
         set: |export, value| f64::read(value).map(|dpi| export.layout.dpi = Some(dpi)),
         refused: Some(|export| export.layout.dpi.map(|dpi| dpi.to_string())),
     },
@@ -175,6 +207,7 @@ mod tests {
         for (name, value) in [
             ("style", word("layered")),
             ("inks", word("both")),
+            ("curves", word("splines")),
             ("one_bit", Value::Switch(true)),
             ("width", word("20cm")),
             ("margin", Value::Whole(5)),
@@ -188,7 +221,8 @@ mod tests {
         let length = |text: &str| text.parse::<Length>().unwrap();
         let layout =
             Layout { width: Some(length("20cm")), margin: length("5px"), page: Some("letter".parse().unwrap()), dpi: Some(600.0) };
-        assert_eq!(export, Export { style: Style::Layered, inks: Inks::Both, layout, one_bit: true });
+        let curves = Curves::Splines;
+        assert_eq!(export, Export { style: Style::Layered, inks: Inks::Both, curves, layout, one_bit: true });
         export.check().unwrap();
     }
 
