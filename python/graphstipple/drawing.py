@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from graphstipple import _core
-from graphstipple._errors import GraphStippleError, InvalidInputError, MissingPackageError
+from graphstipple._errors import GraphStippleError, GraphStippleWarning, InvalidInputError, MissingPackageError
 from graphstipple._inputs import path_to_read, path_to_write
 from graphstipple.options import Options
 
@@ -23,6 +24,7 @@ Length: TypeAlias = "float | str"
 """Pixels (1/96 inch each on paper), or text with a unit: "200mm", "20cm", "8in", "600pt", "800px"."""
 
 Style: TypeAlias = Literal["flat", "layered"]
+Curves: TypeAlias = Literal["polylines", "splines"]
 """How a vector file expresses the picture."""
 
 Inks: TypeAlias = Literal["black", "white", "both"]
@@ -184,6 +186,7 @@ class Drawing:
         dpi: float | None = None,
         style: Style = "flat",
         inks: Inks = "black",
+        curves: Curves = "polylines",
         one_bit: bool = False,
     ) -> None:
         """Write the drawing to a file, whole or not at all, in the format that its suffix stands for (docs/options.md lists them).
@@ -209,6 +212,8 @@ class Drawing:
             How vector formats express the picture: as disjoint areas with holes, or as white over black over white.
         inks : {"black", "white", "both"}
             What a flat vector file is written with: black on white paper, white on black paper, or both in layers of their own.
+        curves : {"polylines", "splines"}
+            What the curves of a DXF are: polylines within 0.05 px of them, or splines that are exactly they.
         one_bit : bool
             Whether a PNG holds black and white alone, one bit a pixel.
 
@@ -219,9 +224,17 @@ class Drawing:
             given for a format without pixels.
         ImageFileError
             If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
+
+        Warns
+        -----
+        GraphStippleWarning
+            If a vector file has a boundary of so many points that programs leave it out.
         """
-        settings = _given(width=width, margin=margin, page=page, dpi=dpi) | _plain(style=style, inks=inks, one_bit=one_bit)
-        self._core.save(path_to_write(path), settings)
+        settings = _given(width=width, margin=margin, page=page, dpi=dpi)
+        settings |= _plain(style=style, inks=inks, curves=curves, one_bit=one_bit)
+        warning = self._core.save(path_to_write(path), settings)
+        if warning:
+            warnings.warn(warning, GraphStippleWarning, stacklevel=2)
 
     def svg(
         self,

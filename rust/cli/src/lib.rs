@@ -176,8 +176,9 @@ fn work(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<Made> {
 
 /// The whole work, from the photo's bytes to those of the outputs.
 fn make(job: &Job, control: &Control) -> Result<Made> {
-    let Drawn { outcome, warnings } = drawn::draw(job, control)?;
+    let Drawn { outcome, mut warnings } = drawn::draw(job, control)?;
     let drawing = outcome.drawing;
+    warnings.extend(job.writer.warning(&drawing));
     let mut made = Made { files: Vec::new(), standard_output: None, stats: outcome.stats, warnings };
     let bytes = job.writer.write(&drawing)?;
     match &job.output {

@@ -32,8 +32,8 @@ pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, ou
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.
 pub use crate::files::{
-    Area, Dots, Elements, Ground, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, SETTINGS, Setting,
-    Sheet, Style, Unit, Writer, named_length, raster,
+    Area, Curves, Dots, Elements, Ground, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, SETTINGS,
+    Setting, Sheet, Style, Unit, Writer, named_length, raster,
 };
 // The whole method, giving back its memory as it goes.
 pub use crate::pipeline::draw_owned;

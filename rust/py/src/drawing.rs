@@ -150,11 +150,13 @@ impl Drawing {
         arrays::from_rows(py, [raster.height, raster.width], raster.values)
     }
 
-    /// Write the drawing to a file, whole or not at all, with settings by name; its suffix says the format.
+    /// Write the drawing to a file, whole or not at all, with settings by name; its suffix says the format. Returns a sentence for
+    /// whoever wrote it, if there is something to say.
     // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
-    fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>) -> PyResult<Option<String>> {
         let writer = writer(format_of_path(&path).map_err(errors::from_files)?, settings)?;
-        py.detach(|| files::save(&self.drawing, &path, &writer)).map_err(errors::from_files)
+        py.detach(|| files::save(&self.drawing, &path, &writer)).map_err(errors::from_files)?;
+        Ok(writer.warning(&self.drawing))
     }
 
     /// The drawing with no dot smaller than this radius, a length, at the size that the settings say.

@@ -22,8 +22,8 @@ pub use nearest::nearest;
 pub(crate) use nearest::or_nearest;
 pub(crate) use noise::{mixed, noise};
 pub(crate) use paths::{
-    POLYGON_REACH, ROOM, STAR_FILL, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flatten_quad, flattened_edges,
-    flattening_steps, flattening_tolerance, is_closed, is_mirrored,
+    POLYGON_REACH, ROOM, STAR_FILL, bend_of_cubic, bend_of_quad, circle_polygon, flatten_cubic, flatten_path, flatten_quad,
+    flattened_edges, flattening_steps, flattening_tolerance, is_closed, is_mirrored,
 };
 pub(crate) use plane::{Frame, Place, distance_to_segment};
 pub use plane::{Side, signed_area};

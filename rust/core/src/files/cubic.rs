@@ -1,21 +1,32 @@
-//! Outlines as PDF and PostScript take them: lines and cubic Bezier curves, in whole units of 1/64 px.
+//! Outlines as PDF and PostScript take them: lines and cubic Bezier curves in whole units, and dots whose sizes repeat.
 //!
 //! Whole numbers under one transform are shorter than decimals and exact in the single-precision floats of both languages, up to
-//! the largest canvas.
+//! the largest canvas. The grid is as fine as the drawing's own asks for: see [`units_per_pixel`].
 
 use std::borrow::Cow;
+use std::f64::consts::PI;
 
 use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
 
+use crate::drawing::Drawing;
 use crate::files::layers::Outline;
 
-/// Units per pixel of the canvas: a power of two, so that points on the drawing's own grid stay where they are. Others move by less
-/// than 1/100 px, which keeps the size of the smallest dots too. Half as many units would save 9 % of a PDF.
-pub(crate) const UNITS_PER_PIXEL: f64 = 64.0;
+/// Units per pixel of the canvas, at most: coordinates of the largest canvas stay exact.
+const FINEST_GRID: f64 = 64.0;
+
+/// Steps of radii between a power of two and the next. A dot grows by less than a hundredth, which is what is left between it and
+/// others; and radii are few enough for dots of one radius to be many.
+const RADII: f64 = 128.0;
 
 /// How far the control points of a quarter circle are from its ends, in radii: then its middle lies on the circle, and the rest
 /// within 0.03 % of the radius.
-const QUARTER: f64 = 0.552_284_749_830_793_4;
+pub(crate) const QUARTER: f64 = 0.552_284_749_830_793_4;
+
+/// The same of a half circle, with its area: it lies within 1.9 % of the radius.
+const HALF: f64 = 5.0 * PI / 12.0;
+
+/// The largest radius, in px, of a circle that is written as two curves: then it lies within 1/50 px.
+const TWO_CURVES: f64 = 1.05;
 
 /// A piece of an outline, in units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,15 +38,21 @@ pub(crate) enum Piece {
     Close,
 }
 
+/// Units to a pixel: the drawing's own grid, on which most of its points lie already. The joints halfway between two of them move by
+/// half a step; keeping them, on a grid twice as fine, would cost a fifth of a PDF.
+pub(crate) fn units_per_pixel(drawing: &Drawing) -> f64 {
+    drawing.units.clamp(1.0, FINEST_GRID)
+}
+
 /// A length or coordinate in units.
-pub(crate) fn units(pixels: f64) -> i32 {
+fn in_units(pixels: f64, units: f64) -> i32 {
     // Casts of floats to integers keep to the integer's range.
-    (pixels * UNITS_PER_PIXEL).round() as i32
+    (pixels * units).round() as i32
 }
 
 /// The pieces of a path. Quadratic curves are raised exactly, lines that round to nothing are left out.
-pub(crate) fn for_each_piece(path: &BezPath, mut emit: impl FnMut(Piece)) {
-    let on_grid = |p: Point| [units(p.x), units(p.y)];
+pub(crate) fn for_each_piece(path: &BezPath, units: f64, mut emit: impl FnMut(Piece)) {
+    let on_grid = |p: Point| [in_units(p.x, units), in_units(p.y, units)];
     let mut current = Point::ZERO;
     for element in path.elements() {
         match *element {
@@ -56,22 +73,71 @@ pub(crate) fn for_each_piece(path: &BezPath, mut emit: impl FnMut(Piece)) {
     }
 }
 
-/// The path of an outline, a circle as four curves. A circle that is a `hole` runs backwards, against its exterior; paths already
-/// run as they should.
-pub(crate) fn path_of(outline: &Outline, hole: bool) -> Cow<'_, BezPath> {
-    match *outline {
-        Outline::Path(ref path) => Cow::Borrowed(path),
-        Outline::Circle { x, y, radius } => {
-            let turn = if hole { -1.0 } else { 1.0 };
+/// Sizes on a grid whose mean is that of what they stand for: what a dot is too large, the next ones are too small.
+#[derive(Debug, Default)]
+pub(crate) struct Sizes {
+    /// The area that is still to be drawn, in px^2.
+    owed: f64,
+}
+
+impl Sizes {
+    /// The radius to draw for one in pixels.
+    pub(crate) fn radius(&mut self, radius: f64) -> f64 {
+        let mut step = 1.0 / RADII;
+        while radius >= 2.0 * RADII * step {
+            step *= 2.0;
+        }
+        while radius < RADII * step {
+            step /= 2.0;
+        }
+        let area = |radius: f64| PI * radius * radius;
+        let [smaller, larger] = [0.0, 1.0].map(|more| ((radius / step).floor() + more) * step);
+        self.nearest(area(radius), [(smaller, area(smaller)), (larger, area(larger))])
+    }
+
+    /// Of two sizes with their areas, the one that leaves less owed.
+    fn nearest<T>(&mut self, wanted: f64, [a, b]: [(T, f64); 2]) -> T {
+        self.owed += wanted;
+        let (size, area) = if (self.owed - a.1).abs() <= (self.owed - b.1).abs() { a } else { b };
+        self.owed -= area;
+        size
+    }
+
+    /// A circle as curves on the grid; as a hole it runs backwards, against its exterior.
+    fn circle(&mut self, [x, y, radius]: [f64; 3], hole: bool, units: f64) -> BezPath {
+        let turn = if hole { -1.0 } else { 1.0 };
+        let mut path = BezPath::new();
+        if radius > TWO_CURVES {
             let at = |along: f64, across: f64| Point::new(x + radius * along, y + turn * radius * across);
-            let mut path = BezPath::new();
-            path.move_to(at(1.0, 0.0));
-            path.curve_to(at(1.0, QUARTER), at(QUARTER, 1.0), at(0.0, 1.0));
-            path.curve_to(at(-QUARTER, 1.0), at(-1.0, QUARTER), at(-1.0, 0.0));
+            path.move_to(at(-1.0, 0.0));
             path.curve_to(at(-1.0, -QUARTER), at(-QUARTER, -1.0), at(0.0, -1.0));
             path.curve_to(at(QUARTER, -1.0), at(1.0, -QUARTER), at(1.0, 0.0));
-            path.close_path();
-            Cow::Owned(path)
+            path.curve_to(at(1.0, QUARTER), at(QUARTER, 1.0), at(0.0, 1.0));
+            path.curve_to(at(-QUARTER, 1.0), at(-1.0, QUARTER), at(-1.0, 0.0));
+        } else {
+            let [left, right, y] = [x - radius, x + radius, y].map(|v| (v * units).round() / units);
+            let reach = (HALF * radius * units).floor();
+            for side in [-turn, turn] {
+                // What two control points at this distance enclose with the diameter.
+                let area = |reach: f64| 0.6 * (right - left) * reach / units;
+                let sizes = [reach, reach + 1.0].map(|reach| (reach / units, area(reach)));
+                let across = y + side * self.nearest(PI * radius * radius / 2.0, sizes);
+                let [from, to] = if side == -turn { [left, right] } else { [right, left] };
+                if side == -turn {
+                    path.move_to((from, y));
+                }
+                path.curve_to((from, across), (to, across), (to, y));
+            }
+        }
+        path.close_path();
+        path
+    }
+
+    /// The path of an outline; paths already run as they should.
+    pub(crate) fn path_of<'a>(&mut self, outline: &'a Outline, hole: bool, units: f64) -> Cow<'a, BezPath> {
+        match *outline {
+            Outline::Path(ref path) => Cow::Borrowed(path),
+            Outline::Circle { x, y, radius } => Cow::Owned(self.circle([x, y, radius], hole, units)),
         }
     }
 }

@@ -1,10 +1,13 @@
-//! A drawing as DXF: closed polylines and circles in millimetres, for laser cutters, plotters, mills and CAD.
+//! A drawing as DXF: closed polylines or splines, and circles, in millimetres, for laser cutters, plotters, mills and CAD.
 //!
 //! # What is written
 //! AutoCAD 2000's version of the format, the oldest that states its unit, so that no program has to ask how large the drawing is.
 //! Its LWPOLYLINE takes half the bytes of the POLYLINE of release 12. y runs up from the page's lower edge. Curves are flattened
-//! within the drawing's [flattening tolerance](Drawing::flattening_tolerance), circles are CIRCLE. Holes are closed polylines of their own: DXF has
-//! outlines, and what lies inside them is for the program that reads it to decide.
+//! within the drawing's [tolerance](Drawing::flattening_tolerance), or they are SPLINE: closed, with the drawing's own control points. Circles are
+//! CIRCLE. Holes are closed outlines of their own: what lies inside them is for the program that reads it to decide.
+//!
+//! The page is the paper of both layouts, as wide and as high as it is and not turned, and the limits of paper space, which
+//! LibreCAD prints by. Without them programs print on A4 or A3, upright.
 //!
 //! A flat drawing of one ink has every boundary exactly once, so nothing is cut twice. With both inks each boundary comes twice, on
 //! different layers. DXF layers have the ids of the drawing's layers; black ones have colour 7 (black on white paper), white ones
@@ -17,9 +20,11 @@
 
 use std::fmt::Write;
 
-use crate::base::{Ink, Result, flatten_path};
+use kurbo::{BezPath, ParamCurve, PathEl, PathSeg, Point};
+
+use crate::base::{Ink, Result, flatten_path, is_mirrored};
 use crate::drawing::Drawing;
-use crate::files::export::Export;
+use crate::files::export::{Curves, Export};
 use crate::files::layers::Outline;
 use crate::files::layout::Placement;
 
@@ -63,8 +68,8 @@ const BLOCKS: &str = "\
 0|DIMSTYLE|105|27|330|A|100|AcDbSymbolTableRecord|100|AcDbDimStyleTableRecord|2|Standard|70|0|\
 0|ENDTAB|\
 0|TABLE|2|BLOCK_RECORD|5|1|330|0|100|AcDbSymbolTable|70|2|\
-0|BLOCK_RECORD|5|1F|330|1|100|AcDbSymbolTableRecord|100|AcDbBlockTableRecord|2|*Model_Space|\
-0|BLOCK_RECORD|5|1B|330|1|100|AcDbSymbolTableRecord|100|AcDbBlockTableRecord|2|*Paper_Space|\
+0|BLOCK_RECORD|5|1F|330|1|100|AcDbSymbolTableRecord|100|AcDbBlockTableRecord|2|*Model_Space|340|23|\
+0|BLOCK_RECORD|5|1B|330|1|100|AcDbSymbolTableRecord|100|AcDbBlockTableRecord|2|*Paper_Space|340|24|\
 0|ENDTAB|0|ENDSEC|\
 0|SECTION|2|BLOCKS|\
 0|BLOCK|5|20|330|1F|100|AcDbEntity|8|0|100|AcDbBlockBegin|2|*Model_Space|70|0|10|0.0|20|0.0|30|0.0|3|*Model_Space|1||\
@@ -74,13 +79,16 @@ const BLOCKS: &str = "\
 0|ENDSEC|\
 0|SECTION|2|ENTITIES|";
 
-/// What follows the entities: the dictionaries that must be there.
+/// What follows the entities: the dictionaries that must be there, up to the layouts.
 const OBJECTS: &str = "\
 0|ENDSEC|\
 0|SECTION|2|OBJECTS|\
-0|DICTIONARY|5|C|330|0|100|AcDbDictionary|281|1|3|ACAD_GROUP|350|D|\
+0|DICTIONARY|5|C|330|0|100|AcDbDictionary|281|1|3|ACAD_GROUP|350|D|3|ACAD_LAYOUT|350|22|\
 0|DICTIONARY|5|D|330|C|100|AcDbDictionary|281|1|\
-0|ENDSEC|0|EOF|";
+0|DICTIONARY|5|22|330|C|100|AcDbDictionary|281|1|3|Model|350|23|3|Layout1|350|24|";
+
+/// Handle, name, block record, place among the tabs and flags of plotting (1024: it is model space) of every layout.
+const LAYOUTS: [(&str, &str, &str, u8, u16); 2] = [("23", "Model", MODEL_SPACE, 0, 1024), ("24", "Layout1", "1B", 1, 0)];
 
 /// The drawing as the text of a DXF file.
 ///
@@ -107,6 +115,7 @@ pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
         for outline in layer.areas.iter().flat_map(|area| std::iter::once(&area.exterior).chain(&area.holes)) {
             match *outline {
                 Outline::Circle { x, y, radius } => writer.circle(&layer.id, [x, y], radius),
+                Outline::Path(ref path) if export.curves == Curves::Splines => writer.spline(&layer.id, path),
                 Outline::Path(ref path) => {
                     writer.polyline(&layer.id, &flatten_path(path, drawing.flattening_tolerance()));
                 }
@@ -126,7 +135,32 @@ pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     push(&mut text, BLOCKS);
     text.push_str(&writer.text);
     push(&mut text, OBJECTS);
+    layouts(&mut text, &placement);
+    push(&mut text, "0|ENDSEC|0|EOF|");
     Ok(text)
+}
+
+/// The sides of the page in millimetres.
+fn page(placement: &Placement) -> [f64; 2] {
+    placement.page.map(|side| (side * MM_PER_POINT * 1e6).round() / 1e6)
+}
+
+/// Both layouts, with the page as their paper: no margins, millimetres, one to one, not turned.
+fn layouts(text: &mut String, placement: &Placement) {
+    let [width, height] = page(placement);
+    for (handle, name, block, tab, flags) in LAYOUTS {
+        let settings = format!(
+            "0|LAYOUT|5|{handle}|330|22|100|AcDbPlotSettings|1||4|{width:?}x{height:?}mm|6||40|0.0|41|0.0|42|0.0|43|0.0|44|{width:?}|\
+             45|{height:?}|46|0.0|47|0.0|48|0.0|49|0.0|140|0.0|141|0.0|142|1.0|143|1.0|70|{flags}|72|1|73|0|74|5|7||75|16|147|1.0|\
+             148|0.0|149|0.0|"
+        );
+        let layout = format!(
+            "100|AcDbLayout|1|{name}|70|1|71|{tab}|10|0.0|20|0.0|11|{width:?}|21|{height:?}|12|0.0|22|0.0|32|0.0|14|0.0|24|0.0|34|0.0|\
+             15|{width:?}|25|{height:?}|35|0.0|146|0.0|13|0.0|23|0.0|33|0.0|16|1.0|26|0.0|36|0.0|17|0.0|27|1.0|37|0.0|76|0|330|{block}|"
+        );
+        push(text, &settings);
+        push(text, &layout);
+    }
 }
 
 fn colour(ink: Ink) -> u8 {
@@ -167,19 +201,54 @@ fn push(text: &mut String, pairs: &str) {
 
 /// The version, the units (4 is millimetres) and the page as the drawing's extents and limits. `next` is a handle that nothing has.
 fn header(placement: &Placement, next: usize) -> String {
-    let [width, height] = placement.page.map(|side| (side * MM_PER_POINT * 1e6).round() / 1e6);
+    let [width, height] = page(placement);
     let mut text = String::new();
     push(
         &mut text,
         &format!(
             "999|graphstipple {}|0|SECTION|2|HEADER|9|$ACADVER|1|AC1015|9|$DWGCODEPAGE|3|ANSI_1252|9|$INSBASE|10|0.0|20|0.0|30|0.0|\
              9|$EXTMIN|10|0.0|20|0.0|30|0.0|9|$EXTMAX|10|{width:?}|20|{height:?}|30|0.0|9|$LIMMIN|10|0.0|20|0.0|\
-             9|$LIMMAX|10|{width:?}|20|{height:?}|9|$INSUNITS|70|4|9|$MEASUREMENT|70|1|9|$LUNITS|70|2|9|$HANDSEED|5|{next:X}|\
+             9|$LIMMAX|10|{width:?}|20|{height:?}|9|$PINSBASE|10|0.0|20|0.0|30|0.0|9|$PLIMMIN|10|0.0|20|0.0|\
+             9|$PLIMMAX|10|{width:?}|20|{height:?}|9|$INSUNITS|70|4|9|$MEASUREMENT|70|1|9|$LUNITS|70|2|9|$HANDSEED|5|{next:X}|\
              0|ENDSEC|0|SECTION|2|CLASSES|0|ENDSEC|",
             env!("CARGO_PKG_VERSION")
         ),
     );
     text
+}
+
+/// A path as one clamped B-spline.
+struct Spline {
+    degree: usize,
+    controls: Vec<Point>,
+    knots: Vec<usize>,
+}
+
+impl Spline {
+    /// Every piece begins at a whole knot, which is there as often as the degree; once, and without its control point, where two
+    /// quadratic pieces join halfway between their control points.
+    fn of(path: &BezPath) -> Self {
+        let degree = if path.elements().iter().any(|element| matches!(element, PathEl::CurveTo(..))) { 3 } else { 2 };
+        let pieces: Vec<PathSeg> = path.segments().collect();
+        let mut controls: Vec<Point> = pieces.first().map(|piece| piece.start()).into_iter().collect();
+        let mut knots = vec![0; degree + 1];
+        for (i, piece) in pieces.iter().enumerate() {
+            match (degree, *piece) {
+                (2, PathSeg::Quad(quad)) => controls.push(quad.p1),
+                (2, line) => controls.push(line.start().midpoint(line.end())),
+                (_, piece) => controls.extend([piece.to_cubic().p1, piece.to_cubic().p2]),
+            }
+            let next = pieces.get(i + 1);
+            if degree == 2 && next.is_some_and(|next| is_mirrored(&piece.as_path_el(), &next.as_path_el())) {
+                knots.push(i + 1);
+            } else {
+                controls.push(piece.end());
+                knots.extend(std::iter::repeat_n(i + 1, degree));
+            }
+        }
+        knots.extend(knots.last().copied());
+        Self { degree, controls, knots }
+    }
 }
 
 /// Writes entities.
@@ -226,6 +295,28 @@ impl Writer {
             }
         }
         self.points = points;
+    }
+
+    /// A closed path as a spline that is exactly it: of degree 2, or 3 if one of its curves is cubic.
+    fn spline(&mut self, layer: &str, path: &BezPath) {
+        let Spline { degree, controls, knots } = Spline::of(path);
+        self.begin("SPLINE", layer);
+        // Closed and flat; how close knots and control points have to be to be the same.
+        let counts = [(70, 9), (71, degree), (72, knots.len()), (73, controls.len()), (74, 0)];
+        self.text.push_str("100\nAcDbSpline\n210\n0.0\n220\n0.0\n230\n1.0\n");
+        for (code, count) in counts {
+            let _ = write!(self.text, "{code}\n{count}\n");
+        }
+        self.text.push_str("42\n1e-9\n43\n1e-9\n");
+        for knot in knots {
+            let _ = write!(self.text, "40\n{knot}.0\n");
+        }
+        for point in controls {
+            let [x, y] = self.position([point.x, point.y]);
+            self.number(10, x);
+            self.number(20, y);
+            self.text.push_str("30\n0.0\n");
+        }
     }
 
     fn circle(&mut self, layer: &str, centre: [f64; 2], radius: f64) {
@@ -340,6 +431,45 @@ mod tests {
     }
 
     #[test]
+    fn splines_are_the_curves() {
+        let drawing = samples::nested();
+        let text = to_dxf(&drawing, &Export { curves: Curves::Splines, ..Export::default() }).unwrap();
+        assert_eq!(text.matches("\nSPLINE\n").count(), 2);
+        assert!(!text.contains("LWPOLYLINE"));
+        let path = drawing.ring_path(&drawing.regions[0].exterior);
+        let spline = Spline::of(&path);
+        assert_eq!((spline.degree, spline.knots.len()), (2, spline.controls.len() + 3));
+        assert_eq!(spline.controls.first(), spline.controls.last());
+        let pieces = path.segments().count();
+        assert_eq!(spline.knots.last(), Some(&pieces));
+        // Every piece of the path is the spline's, by de Boor's algorithm in the middle of it.
+        for (i, piece) in path.segments().enumerate() {
+            let t = i as f64 + 0.5;
+            let k = spline.knots.iter().rposition(|knot| *knot == i).unwrap();
+            let mut points = spline.controls[k - 2..=k].to_vec();
+            for level in 1..=2 {
+                for j in (level..=2).rev() {
+                    let [from, to] = [spline.knots[k - 2 + j] as f64, spline.knots[k + 1 + j - level] as f64];
+                    points[j] = points[j - 1].lerp(points[j], (t - from) / (to - from));
+                }
+            }
+            assert!((points[2] - piece.eval(0.5)).hypot() < 1e-9, "piece {i}");
+        }
+    }
+
+    #[test]
+    fn cubic_curves_make_cubic_splines() {
+        let mut path = BezPath::new();
+        path.move_to((0.0, 0.0));
+        path.curve_to((1.0, 0.0), (2.0, 1.0), (2.0, 2.0));
+        path.line_to((0.0, 2.0));
+        path.close_path();
+        let Spline { degree, controls, knots } = Spline::of(&path);
+        assert_eq!((degree, controls.len()), (3, 10));
+        assert_eq!(knots, [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 3]);
+    }
+
+    #[test]
     fn the_header_tells_units_and_page() {
         let layout = Layout { width: Some("200mm".parse().unwrap()), margin: "10mm".parse().unwrap(), ..Layout::default() };
         let text = to_dxf(&samples::nested(), &Export { layout, ..Export::default() }).unwrap();
@@ -347,7 +477,12 @@ mod tests {
             (value_of(&text, "$INSUNITS"), value_of(&text, "$MEASUREMENT"), value_of(&text, "$ACADVER")),
             ("4", "1", "AC1015")
         );
-        assert_eq!(value_of(&text, "$EXTMAX"), "220.0");
+        assert_eq!((value_of(&text, "$EXTMAX"), value_of(&text, "$PLIMMAX")), ("220.0", "220.0"));
+        // Both layouts are a page of 220 mm x 170 mm that is not turned.
+        for (code, value) in [(44, "220.0"), (45, "170.0"), (73, "0")] {
+            let after = pairs(&text).split(|pair| *pair == (0, "LAYOUT")).skip(1).filter(|of| of.contains(&(code, value))).count();
+            assert_eq!(after, 2, "{code}");
+        }
         let handles: Vec<&str> = pairs(&text).iter().filter(|p| p.0 == 5 || p.0 == 105).map(|p| p.1).collect();
         let unique: std::collections::BTreeSet<&str> = handles.iter().copied().collect();
         assert_eq!(unique.len(), handles.len());

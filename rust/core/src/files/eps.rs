@@ -1,15 +1,16 @@
 //! A drawing as Encapsulated PostScript: filled paths of lines, cubic curves and arcs, for programs that take no PDF.
 //!
-//! Coordinates are whole 64ths of a pixel under one transform that also turns the y axis; operators have names of one letter.
-//! Only PostScript level 1 is used. Layers, which PostScript does not have, are told apart by `%%BeginObject` comments. The
+//! Coordinates are whole units under one transform that also turns the y axis, and relative; operators have names of one letter,
+//! and curves are [fitted](super::fitting) by fewer cubics. Only PostScript level 1 is used. Layers, which PostScript does not have, are told apart by `%%BeginObject` comments. The
 //! nonzero rule fills: holes run against their exteriors. There are no dates, so the same drawing always gives the same bytes.
 //!
 //! What this module does not do: compress, and clip: nothing lies outside the canvas.
 
 use crate::base::Result;
 use crate::drawing::Drawing;
-use crate::files::cubic::{self, Piece, UNITS_PER_PIXEL};
+use crate::files::cubic::{self, Piece, Sizes};
 use crate::files::export::Export;
+use crate::files::fitting::with_few_cubics;
 use crate::files::layers::{Area, Outline};
 
 /// A path is filled and another one begun after this many points, since old interpreters refuse paths of 1500. Areas are not split:
@@ -19,15 +20,15 @@ const PATH_POINTS: usize = 1000;
 /// No line is longer, as the conventions for document structure ask.
 const LINE_BYTES: usize = 255;
 
-/// What the names stand for. `o` and `i` take centre and radius of a circle that is an outer or an inner boundary: they move to its
-/// rightmost point first, so that no line leads there.
+/// What the names stand for. Lines and curves are relative; `o` and `i` take centre and radius of a circle that is an outer or an
+/// inner boundary: they move to its rightmost point first, so that no line leads there.
 const PROLOG: &str = "\
 %%BeginProlog
 /graphstipple 8 dict def
 graphstipple begin
 /m {moveto} bind def
-/l {lineto} bind def
-/c {curveto} bind def
+/l {rlineto} bind def
+/c {rcurveto} bind def
 /h {closepath} bind def
 /f {fill} bind def
 /o {dup 3 index add 2 index moveto 0 360 arc closepath} bind def
@@ -45,10 +46,13 @@ end
 /// Linear in the number of coordinates.
 pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
+    let units = cubic::units_per_pixel(drawing);
+    let drawing = &with_few_cubics(drawing, units);
     let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
     let [width, height] = placement.page;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
-    let mut writer = Writer { text: String::with_capacity(1024 + 36 * elements + 24 * drawing.stipples.len()), line: 0 };
+    let text = String::with_capacity(1024 + 30 * elements + 24 * drawing.stipples.len());
+    let mut writer = Writer { text, line: 0, units, sizes: Sizes::default(), current: [0, 0] };
     let (whole_width, whole_height) = (width.ceil(), height.ceil());
     writer.text.push_str(&format!(
         "%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 {whole_width} {whole_height}\n%%HiResBoundingBox: 0 0 {} {}\n\
@@ -59,14 +63,15 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
         env!("CARGO_PKG_VERSION"),
         decimal(placement.origin[0]),
         decimal(height - placement.origin[1]),
-        placement.scale / UNITS_PER_PIXEL,
-        -placement.scale / UNITS_PER_PIXEL,
+        placement.scale / units,
+        -placement.scale / units,
     ));
     for ground in &layers.grounds {
         writer.begin(ground.label, ground.rgb);
         let sides = ground.rectangle([drawing.width, drawing.height], &placement);
-        let [left, top, right, bottom] = sides.map(|v| decimal(v * UNITS_PER_PIXEL));
-        writer.text.push_str(&format!("{left} {top} m {right} {top} l {right} {bottom} l {left} {bottom} l h f\n%%EndObject\n"));
+        let [left, top, right, bottom] = sides.map(|v| v * units);
+        let [left, top, across, down] = [left, top, right - left, bottom - top].map(decimal);
+        writer.text.push_str(&format!("{left} {top} m {across} 0 l 0 {down} l -{across} 0 l h f\n%%EndObject\n"));
     }
     for layer in &layers.layers {
         writer.begin(&layer.label, layers.colour(layer.ink));
@@ -87,6 +92,11 @@ struct Writer {
     text: String,
     /// Bytes on the current line.
     line: usize,
+    /// Units to a pixel.
+    units: f64,
+    sizes: Sizes,
+    /// The point that numbers are relative to.
+    current: [i32; 2],
 }
 
 impl Writer {
@@ -116,28 +126,29 @@ impl Writer {
     fn outline(&mut self, outline: &Outline, circle: &str) -> usize {
         match *outline {
             Outline::Circle { x, y, radius } => {
-                self.numbers(&[cubic::units(x), cubic::units(y), cubic::units(radius)]);
+                let radius = self.sizes.radius(radius) * self.units;
+                for number in [(x * self.units).round(), (y * self.units).round(), radius] {
+                    self.word(&number.to_string());
+                }
                 self.word(circle);
                 // An interpreter makes a circle of four curves.
                 13
             }
             Outline::Path(ref path) => {
                 let mut points = 0;
-                cubic::for_each_piece(path, |piece| match piece {
+                cubic::for_each_piece(path, self.units, |piece| match piece {
                     Piece::Move(p) => {
                         points += 1;
-                        self.numbers(&p);
-                        self.word("m");
+                        self.current = [0, 0];
+                        self.relative(&[p], "m");
                     }
                     Piece::Line(p) => {
                         points += 1;
-                        self.numbers(&p);
-                        self.word("l");
+                        self.relative(&[p], "l");
                     }
                     Piece::Curve(controls) => {
                         points += 3;
-                        self.numbers(controls.as_flattened());
-                        self.word("c");
+                        self.relative(&controls, "c");
                     }
                     Piece::Close => self.word("h"),
                 });
@@ -146,10 +157,14 @@ impl Writer {
         }
     }
 
-    fn numbers(&mut self, numbers: &[i32]) {
-        for number in numbers {
-            self.word(&number.to_string());
+    /// Points relative to the current one, and an operator that leads to the last of them.
+    fn relative(&mut self, points: &[[i32; 2]], operator: &str) {
+        for [x, y] in points {
+            self.word(&(x - self.current[0]).to_string());
+            self.word(&(y - self.current[1]).to_string());
         }
+        self.current = points[points.len() - 1];
+        self.word(operator);
     }
 
     fn word(&mut self, word: &str) {
@@ -209,7 +224,7 @@ mod tests {
         let stipple = crate::drawing::RingPart::Stipple { index: 0 };
         drawing.regions[1].holes.push(crate::drawing::Ring { parts: vec![stipple] });
         let text = to_eps(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
-        assert!(text.contains("\n1005 1530 150 i f\n") || text.contains(" 1005 1530 150 i f\n"), "{text}");
+        assert!(text.contains("\n502 765 75.125 i f\n") || text.contains(" 502 765 75.125 i f\n"), "{text}");
         assert!(text.contains("%%BeginObject: Paper\n0 setgray\n0 0 m 4096 0 l 4096 3072 l 0 3072 l h f\n%%EndObject\n"));
     }
 

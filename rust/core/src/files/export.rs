@@ -28,6 +28,16 @@ words! {
     }
 }
 
+words! {
+    /// What the curves of a DXF are.
+    Curves {
+        /// Polylines close to them, which every program takes.
+        Polylines = "polylines",
+        /// Splines, exactly as they are drawn.
+        Splines = "splines",
+    }
+}
+
 /// How a drawing is written. What a format has no use for is left alone.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Export {
@@ -41,6 +51,8 @@ pub struct Export {
     pub elements: Elements,
     /// What the dots of an SVG are.
     pub dots: Dots,
+    /// What the curves of a DXF are.
+    pub curves: Curves,
     /// The size on paper, and the resolution of pixels.
     pub layout: Layout,
     /// Whether a PNG holds black and white alone, one bit a pixel, instead of antialiased grey.
@@ -130,6 +142,17 @@ pub const SETTINGS: &[Setting] = &[
         is_size: false,
         audience: Audience::Further,
         set: |export, value| Dots::read(value).map(|dots| export.dots = dots),
+        refused: None,
+    },
+    Setting {
+        name: "curves",
+        value_name: "CURVES",
+        sentence: "Curves of a DXF: polylines, or splines, which cutters and older programs may not take",
+        default: "polylines",
+        allowed: "\"polylines\" or \"splines\"",
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| Curves::read(value).map(|curves| export.curves = curves),
         refused: None,
     },
     Setting {
@@ -277,6 +300,7 @@ mod tests {
             ("paper", word("#1aF")),
             ("elements", word("marks")),
             ("dots", word("strokes")),
+            ("curves", word("splines")),
             ("one_bit", Value::Switch(true)),
             ("width", word("20cm")),
             ("margin", Value::Whole(5)),
@@ -291,8 +315,11 @@ mod tests {
         let layout =
             Layout { width: Some(length("20cm")), margin: length("5px"), page: Some("letter".parse().unwrap()), dpi: Some(600.0) };
         let paper = Some("#1aF".parse().unwrap());
-        let (elements, dots) = (Elements::Marks, Dots::Strokes);
-        assert_eq!(export, Export { style: Style::Layered, inks: Inks::Both, paper, elements, dots, layout, one_bit: true });
+        let (elements, dots, curves) = (Elements::Marks, Dots::Strokes, Curves::Splines);
+        assert_eq!(
+            export,
+            Export { style: Style::Layered, inks: Inks::Both, paper, elements, dots, curves, layout, one_bit: true }
+        );
         export.set("paper", &word("none")).unwrap();
         assert_eq!(export.paper, None);
         Export { elements: Elements::Layers, ..export }.check().unwrap();

@@ -7,6 +7,7 @@ mod cubic;
 mod dxf;
 mod eps;
 mod export;
+mod fitting;
 mod json;
 mod layers;
 mod layout;
@@ -23,9 +24,9 @@ mod svgz;
 mod write_path;
 
 use crate::base::{Checked, Control, Error, Result, or_nearest};
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, Ring, RingPart};
 
-pub use export::{Dots, Elements, Export, SETTINGS, Setting, named_length};
+pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
 
@@ -99,8 +100,8 @@ impl Format {
         Self {
             suffix: "dxf",
             name: "DXF",
-            holds: "closed polylines and circles in millimetres, for cutters and CAD",
-            settings: OF_VECTORS,
+            holds: "closed polylines or splines, and circles, in millimetres, for cutters and CAD",
+            settings: &["style", "inks", "curves", "width", "margin", "page"],
             fits: fits_on_paper,
             write: |drawing, export| dxf::to_dxf(drawing, export).map(String::into_bytes),
             read: None,
@@ -211,6 +212,11 @@ impl Writer {
         self.export.layout.least_radius(min_dot, width, height)
     }
 
+    /// What whoever gets the drawing's file should know: one sentence, if there is something to say.
+    pub fn warning(&self, drawing: &Drawing) -> Option<String> {
+        self.format.settings.contains(&"style").then(|| too_long(drawing)).flatten()
+    }
+
     /// The bytes of a drawing's file. The same drawing always gives the same.
     ///
     /// # Errors
@@ -234,6 +240,26 @@ pub fn load(bytes: &[u8], format: Format, control: &Control) -> Result<Drawing> 
 /// A file as text.
 fn text_of(bytes: &[u8]) -> Result<&str> {
     std::str::from_utf8(bytes).map_err(|_| Error::Input("the file is not text in UTF-8".into()))
+}
+
+/// Points of a path that Illustrator takes; of a longer one it says nothing and leaves it out.
+const MOST_POINTS: usize = 32_000;
+
+/// A warning about the longest boundary, if programs leave paths of so many points out.
+fn too_long(drawing: &Drawing) -> Option<String> {
+    let points_of = |ring: &Ring| -> usize {
+        let of_part = |part: &RingPart| match *part {
+            RingPart::Curve { index, .. } => drawing.curves[index as usize].segments().count(),
+            _ => 1,
+        };
+        ring.parts.iter().map(of_part).sum()
+    };
+    let rings = drawing.regions.iter().flat_map(|region| std::iter::once(&region.exterior).chain(&region.holes));
+    let longest = rings.map(points_of).max().filter(|points| *points > MOST_POINTS)?;
+    Some(format!(
+        "a boundary has {longest} points, but Illustrator leaves out a path of more than {MOST_POINTS}: \
+         draw with fewer nodes or a larger tolerance for it"
+    ))
 }
 
 fn fits_on_paper(export: &Export, width: usize, height: usize) -> Result<()> {
@@ -273,6 +299,23 @@ mod tests {
             let expected = |told: &str| (!format.has_pixels()).then(|| format!("{told}, {rule}"));
             assert_eq!(refused(&one_bit), expected("one_bit is True"));
             assert_eq!(refused(&fine), expected("dpi is 600"));
+        }
+    }
+
+    #[test]
+    fn a_boundary_that_programs_leave_out_is_told_of() {
+        let told = |count: usize, suffix: &str| {
+            let long = svg::samples::blob([300.0, 300.0], 200.0, count);
+            let drawing = svg::samples::drawing(600, 600, vec![(long, 1)], &[]);
+            let writer = Format::of_suffix(suffix).unwrap().writer(Export::default().check().unwrap()).unwrap();
+            writer.warning(&drawing)
+        };
+        let sentence = "a boundary has 32001 points, but Illustrator leaves out a path of more than 32000: \
+                        draw with fewer nodes or a larger tolerance for it";
+        for format in Format::ALL {
+            let has_paths = !format.has_pixels() && format.suffix != "json";
+            assert_eq!(told(32_001, format.suffix), has_paths.then(|| sentence.to_owned()), "{}", format.suffix);
+            assert_eq!(told(32_000, format.suffix), None);
         }
     }
 

@@ -1,33 +1,45 @@
 //! A drawing as PDF: one page with filled vector paths, each layer an optional content group that viewers and editors show by name.
 //!
-//! Coordinates are whole 64ths of a pixel under one transform, curves are cubic, and the inks are DeviceGray, so that a press
-//! prints them with black alone. The nonzero rule fills: holes run against their exteriors. The content is deflated. There are no
-//! dates and no identifiers, so the same drawing always gives the same bytes.
+//! Coordinates are whole units under one transform, curves are cubic, and greys are DeviceGray, so that a press prints them
+//! with black alone. The nonzero rule fills: holes run against their exteriors. There are no dates and no identifiers, so the same
+//! drawing always gives the same bytes.
+//!
+//! # Size
+//! A page's paths know no relative numbers and no quadratic curves, and would take four times the bytes of a compressed SVG. So
+//! - curves are [fitted](super::fitting) by fewer cubics,
+//! - points are rows of equal width, of which deflate gets the differences of their digits to the row above: PNG's predictor, which
+//!   every reader needs for the tables of PDF files themselves,
+//! - dots are moved to their places, so that those of one radius have the same text, and lie in an order of short ways.
 //!
 //! What this module does not do: fonts, images, or more than a page.
 
+use std::cmp::Ordering;
 use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use pdf_writer::types::Predictor;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 
 use crate::base::{Error, Result};
 use crate::drawing::Drawing;
-use crate::files::cubic::{self, Piece, UNITS_PER_PIXEL};
+use crate::files::cubic::{self, Piece, QUARTER, Sizes};
 use crate::files::export::Export;
-use crate::files::layers::{Area, Layers};
+use crate::files::fitting::with_few_cubics;
+use crate::files::layers::{Area, Layers, Outline};
 use crate::files::layout::Placement;
 
 /// The longest side of a page in the PDF's own units that Acrobat and others take. A longer page has larger units.
 const LONGEST_SIDE: f64 = 14_400.0;
 
-/// A path is filled and another one begun after this many pieces: viewers skip a path that is out of view, and some slow down with
-/// the square of a path's length. The areas of a layer are disjoint, so the picture is the same.
-const PATH_PIECES: usize = 4096;
+/// Deflate's effort.
+const COMPRESSION: Compression = Compression::new(9);
 
-/// Deflate's effort: level 6 takes twice as long for half a per cent.
-const COMPRESSION: Compression = Compression::new(5);
+/// PNG's name of a row that is its difference to the one above.
+const UP: u8 = 2;
+
+/// Dots that are moved one from another before the next is moved from the page's corner: renderers add up in single precision.
+const DOTS_IN_A_ROW: usize = 64;
 
 /// The drawing as the bytes of a PDF file.
 ///
@@ -38,18 +50,17 @@ const COMPRESSION: Compression = Compression::new(5);
 /// Linear in the number of coordinates.
 pub(super) fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
+    let units = cubic::units_per_pixel(drawing);
+    let layers = with_few_cubics(drawing, units).layers(export.style, export.inks, export.paper.as_ref());
     let groups: Vec<Group<'_>> = groups(&layers, [drawing.width, drawing.height], &placement);
-
-    let mut encoder = ZlibEncoder::new(Vec::new(), COMPRESSION);
-    encoder
-        .write_all(&content(&groups, &placement))
-        .and_then(|()| encoder.finish())
+    let contents = contents(&groups, &placement, units);
+    let compressed: std::io::Result<Vec<Stream>> = contents.into_iter().map(Stream::compressed).collect();
+    compressed
         .map_err(|error| Error::Internal(format!("the PDF's content cannot be compressed: {error}")))
-        .map(|compressed| document(&groups, &placement, &compressed))
+        .map(|streams| document(&groups, &placement, &streams))
 }
 
-/// An optional content group: what lies under the layers, or a layer.
+/// An optional content group: the paper, the underlay or a layer.
 struct Group<'a> {
     id: &'a str,
     label: &'a str,
@@ -81,9 +92,10 @@ fn user_unit(placement: &Placement) -> f64 {
     (placement.page[0].max(placement.page[1]) / LONGEST_SIDE).ceil().max(1.0)
 }
 
-fn document(groups: &[Group<'_>], placement: &Placement, content: &[u8]) -> Vec<u8> {
-    let [catalog, pages, page, info, stream] = [1, 2, 3, 4, 5].map(Ref::new);
-    let references: Vec<Ref> = (6..).map(Ref::new).take(groups.len()).collect();
+fn document(groups: &[Group<'_>], placement: &Placement, streams: &[Stream]) -> Vec<u8> {
+    let [catalog, pages, page, info] = [1, 2, 3, 4].map(Ref::new);
+    let references: Vec<Ref> = (5..).map(Ref::new).take(groups.len()).collect();
+    let contents: Vec<Ref> = (5 + groups.len() as i32..).map(Ref::new).take(streams.len()).collect();
     let mut pdf = Pdf::new();
 
     let mut root = pdf.catalog(catalog);
@@ -105,7 +117,7 @@ fn document(groups: &[Group<'_>], placement: &Placement, content: &[u8]) -> Vec<
     pdf.pages(pages).kids([page]).count(1);
     let unit = user_unit(placement);
     let mut sheet = pdf.page(page);
-    sheet.parent(pages).contents(stream);
+    sheet.parent(pages).contents_array(contents.iter().copied());
     sheet.media_box(Rect::new(0.0, 0.0, (placement.page[0] / unit) as f32, (placement.page[1] / unit) as f32));
     if unit > 1.0 {
         sheet.user_unit(unit as f32);
@@ -120,31 +132,62 @@ fn document(groups: &[Group<'_>], placement: &Placement, content: &[u8]) -> Vec<
     sheet.finish();
 
     pdf.document_info(info).producer(TextStr(concat!("graphstipple ", env!("CARGO_PKG_VERSION"))));
-    pdf.stream(stream, content).filter(Filter::FlateDecode);
+    for (stream, reference) in streams.iter().zip(contents) {
+        let mut written = pdf.stream(reference, &stream.bytes);
+        written.filter(Filter::FlateDecode);
+        if let Some(width) = stream.width {
+            written.decode_parms().predictor(Predictor::PngUp).columns(width as i32);
+        }
+    }
     pdf.finish()
 }
 
+/// A part of the page's content.
+struct Stream {
+    bytes: Vec<u8>,
+    /// That of the rows whose differences the bytes are, if they are that.
+    width: Option<usize>,
+}
+
+impl Stream {
+    fn compressed(self) -> std::io::Result<Self> {
+        let mut encoder = ZlibEncoder::new(Vec::new(), COMPRESSION);
+        encoder.write_all(&self.bytes)?;
+        Ok(Self { bytes: encoder.finish()?, ..self })
+    }
+}
+
 /// What is painted on the page.
-fn content(groups: &[Group<'_>], placement: &Placement) -> Vec<u8> {
+fn contents(groups: &[Group<'_>], placement: &Placement, units: f64) -> Vec<Stream> {
+    let mut streams = Vec::new();
     let mut content = Content::new();
     let unit = user_unit(placement);
-    let scale = (placement.scale / UNITS_PER_PIXEL / unit) as f32;
+    let scale = (placement.scale / units / unit) as f32;
     // Pages run upwards.
     let [x, y] = [placement.origin[0] / unit, (placement.page[1] - placement.origin[1]) / unit];
     content.transform([scale, 0.0, 0.0, -scale, x as f32, y as f32]);
+    let mut sizes = Sizes::default();
     for group in groups {
         content.begin_marked_content_with_properties(Name(b"OC")).properties_named(Name(group.id.as_bytes()));
         set_colour(&mut content, group.rgb);
         match group.shapes {
             Shapes::Rectangle(sides) => {
-                let [left, top, right, bottom] = sides.map(|v| (v * UNITS_PER_PIXEL) as f32);
+                let [left, top, right, bottom] = sides.map(|v| (v * units) as f32);
                 content.rect(left, top, right - left, bottom - top).fill_nonzero();
             }
-            Shapes::Areas(areas) => fill(&mut content, areas),
+            Shapes::Areas(areas) => match circles(areas) {
+                Some(circles) => dots(&mut content, circles, &mut sizes, units),
+                None => {
+                    let before = std::mem::replace(&mut content, Content::new());
+                    streams.push(Stream { bytes: before.finish().into_vec(), width: None });
+                    streams.push(paths(areas, &mut sizes, units));
+                }
+            },
         }
         content.end_marked_content();
     }
-    content.finish().into_vec()
+    streams.push(Stream { bytes: content.finish().into_vec(), width: None });
+    streams
 }
 
 /// Sets what is filled with: grey where the colour is one, so that a press prints it with black alone.
@@ -157,39 +200,84 @@ fn set_colour(content: &mut Content, rgb: [u8; 3]) {
     }
 }
 
-/// Fills areas of one ink.
-fn fill(content: &mut Content, areas: &[Area]) {
-    let mut pieces = 0;
-    for (i, area) in areas.iter().enumerate() {
-        let exterior = cubic::path_of(&area.exterior, false);
-        for path in std::iter::once(exterior).chain(area.holes.iter().map(|hole| cubic::path_of(hole, true))) {
-            cubic::for_each_piece(&path, |piece| {
-                pieces += 1;
-                let float = |p: [i32; 2]| (p[0] as f32, p[1] as f32);
-                match piece {
-                    Piece::Move(p) => {
-                        let (x, y) = float(p);
-                        content.move_to(x, y);
-                    }
-                    Piece::Line(p) => {
-                        let (x, y) = float(p);
-                        content.line_to(x, y);
-                    }
-                    Piece::Curve(points) => {
-                        let [(x1, y1), (x2, y2), (x3, y3)] = points.map(float);
-                        content.cubic_to(x1, y1, x2, y2, x3, y3);
-                    }
-                    Piece::Close => {
-                        content.close_path();
-                    }
-                }
+/// Centres and radii, if the areas are nothing but dots.
+fn circles(areas: &[Area]) -> Option<Vec<[f64; 3]>> {
+    let circle = |area: &Area| match area.exterior {
+        Outline::Circle { x, y, radius } if area.holes.is_empty() => Some([x, y, radius]),
+        _ => None,
+    };
+    areas.iter().map(circle).collect()
+}
+
+/// Fills dots, each a path of its own: those of one radius together, so that their texts follow each other.
+fn dots(content: &mut Content, circles: Vec<[f64; 3]>, sizes: &mut Sizes, units: f64) {
+    let mut circles: Vec<[f64; 3]> = circles.into_iter().map(|[x, y, radius]| [x, y, sizes.radius(radius)]).collect();
+    circles.sort_by(|a, b| a[2].total_cmp(&b[2]));
+    circles.chunk_by_mut(|a, b| a[2] == b[2]).for_each(to_and_fro);
+    for row in circles.chunks(DOTS_IN_A_ROW) {
+        content.save_state();
+        let mut last = [0.0, 0.0];
+        for [x, y, radius] in row {
+            let place = [x, y].map(|v| (v * units).round());
+            content.transform([1.0, 0.0, 0.0, 1.0, (place[0] - last[0]) as f32, (place[1] - last[1]) as f32]);
+            last = place;
+            // In thousandths: more digits of it would make no difference.
+            let (r, k) = ((radius * units) as f32, ((radius * units * QUARTER * 1e3).round() / 1e3) as f32);
+            content.move_to(-r, 0.0).cubic_to(-r, -k, -k, -r, 0.0, -r).cubic_to(k, -r, r, -k, r, 0.0);
+            content.cubic_to(r, k, k, r, 0.0, r).cubic_to(-k, r, -r, k, -r, 0.0).close_path().fill_nonzero();
+        }
+        content.restore_state();
+    }
+}
+
+/// Sorts circles so that the way from one to the next is short: in strips, one to the right and the next to the left.
+fn to_and_fro(circles: &mut [[f64; 3]]) {
+    let far = |axis: usize| circles.iter().fold(0.0, |far: f64, circle| far.max(circle[axis]));
+    let strip = (3.0 * far(0) * far(1) / circles.len() as f64).sqrt().max(1.0);
+    let key = |[x, y, _]: &[f64; 3]| {
+        let number = (y / strip).floor();
+        [number, if number % 2.0 == 0.0 { *x } else { -x }, *y]
+    };
+    circles.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
+}
+
+/// A point in units, and what is done at it: the operator it ends, or a space; whether the path closes; whether it is filled.
+type Row = ([i32; 2], [u8; 3]);
+
+/// Fills areas, each a path of its own.
+fn paths(areas: &[Area], sizes: &mut Sizes, units: f64) -> Stream {
+    let mut rows: Vec<Row> = Vec::new();
+    for area in areas {
+        let holes = area.holes.iter().map(|hole| (hole, true));
+        for (outline, hole) in std::iter::once((&area.exterior, false)).chain(holes) {
+            cubic::for_each_piece(&sizes.path_of(outline, hole, units), units, |piece| match piece {
+                Piece::Move(p) => rows.push((p, *b"m  ")),
+                Piece::Line(p) => rows.push((p, *b"l  ")),
+                Piece::Curve([a, b, end]) => rows.extend([(a, *b"   "), (b, *b"   "), (end, *b"c  ")]),
+                Piece::Close => rows.last_mut().expect("a path begins with a point").1[1] = b'h',
             });
         }
-        if pieces >= PATH_PIECES || i + 1 == areas.len() {
-            content.fill_nonzero();
-            pieces = 0;
-        }
+        rows.last_mut().expect("an area has a path").1[2] = b'f';
     }
+    differences(&rows)
+}
+
+/// The rows as text of equal width, each as its difference to the one above.
+fn differences(rows: &[Row]) -> Stream {
+    let digits = rows.iter().flat_map(|(p, _)| p).map(|v| v.to_string().len()).max().unwrap_or(1);
+    let text = |([x, y], [operator, close, fill]): &Row| {
+        format!("{x:0digits$} {y:0digits$} {} {} {}\n", *operator as char, *close as char, *fill as char).into_bytes()
+    };
+    let width = 2 * digits + 8;
+    let mut above = vec![0; width];
+    let mut bytes = Vec::with_capacity(rows.len() * (width + 1));
+    for row in rows {
+        let row = text(row);
+        bytes.push(UP);
+        bytes.extend(row.iter().zip(&above).map(|(byte, above)| byte.wrapping_sub(*above)));
+        above = row;
+    }
+    Stream { bytes, width: Some(width) }
 }
 
 #[cfg(test)]
@@ -197,7 +285,6 @@ mod tests {
     use std::io::Read;
 
     use super::*;
-    use crate::base::Ink;
     use crate::files::layers::Style;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
@@ -254,23 +341,6 @@ mod tests {
         let scratchboard = to_pdf(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
         let content = content_of(&scratchboard);
         assert!(content.contains("/OC /paper BDC\n0 g\n0 0 4096 3072 re\nf\nEMC\n/OC /white-regions BDC\n1 g\n"), "{content}");
-    }
-
-    #[test]
-    fn a_paper_covers_the_page_and_both_inks_lie_on_black() {
-        let mut export = Export { paper: Some("#ff8000".parse().unwrap()), ..Export::default() };
-        export.layout.margin = "8px".parse().unwrap();
-        let orange = |export: &Export| content_of(&to_pdf(&samples::nested(), export).unwrap());
-        let paper = "/OC /paper BDC\n1 0.5019608 0 rg\n-512 -512 5120 4096 re\nf\nEMC\n";
-        assert!(orange(&export).contains(&format!("{paper}/OC /black-regions BDC\n0 g\n")), "{}", orange(&export));
-        export.style = Style::Layered;
-        assert!(orange(&export).contains("/OC /level-2-white-regions BDC\n1 0.5019608 0 rg\n"));
-        (export.style, export.inks) = (Style::Flat, Inks::Both);
-        let content = orange(&export);
-        assert!(
-            content.contains(&format!("{paper}/OC /underlay BDC\n0 g\n0 0 4096 3072 re\nf\nEMC\n/OC /black-regions BDC\n0 g\n"))
-        );
-        assert!(content.contains("/OC /white-regions BDC\n1 g\n"));
     }
 
     #[test]

@@ -233,8 +233,8 @@ fn escape(text: &str) -> String {
 pub(crate) mod samples {
     use kurbo::{BezPath, Point, Shape};
 
-    use crate::base::Ink;
-    use crate::drawing::{Drawing, Mark, Provenance, Region, Ring, RingPart};
+    use crate::base::{Control, Ink};
+    use crate::drawing::{Drawing, Loose, Mark, Provenance, Region, Ring, RingPart, put_together};
     use crate::options::Options;
     use crate::outlines::Stipple;
 
@@ -291,13 +291,13 @@ pub(crate) mod samples {
             regions,
             order: areas.into_iter().map(|a| a.1).collect(),
             units: 16.0,
-            provenance: Provenance {
-                version: "0.1.0".into(),
-                importance: "saliency".into(),
-                options: Options::default().to_json(),
-                ..Provenance::default()
-            },
+            provenance: provenance(),
         }
+    }
+
+    fn provenance() -> Provenance {
+        let options = Options::default().to_json();
+        Provenance { version: "0.1.0".into(), importance: "saliency".into(), options, ..Provenance::default() }
     }
 
     /// Black that touches the frame on the left half of 64 x 48, a white blob in it, a black dot in that, a dot on the frame.
@@ -330,9 +330,18 @@ pub(crate) mod samples {
     pub(crate) fn field_of_blobs(count: usize) -> Drawing {
         let columns = (count as f64).sqrt().ceil() as usize;
         let at = |i: usize| [(i % columns) as f64 * 16.0 + 6.5, (i / columns) as f64 * 16.0 + 6.5];
-        let curves = (0..count).map(|i| (blob(at(i), 3.0 + (i % 7) as f64 * 0.4, 8 + i % 5), 1)).collect();
-        let dots: Vec<_> = (0..count).map(|i| (at(i)[0] + 7.9, at(i)[1] + 7.7, 0.6 + (i % 11) as f64 * 0.11, 1)).collect();
-        drawing(columns * 16, columns * 16, curves, &dots)
+        let curves = (0..count).map(|i| blob(at(i), 3.0 + (i % 7) as f64 * 0.4, 8 + i % 5)).collect();
+        let dot = |i: usize| Stipple {
+            x: at(i)[0] + 7.9,
+            y: at(i)[1] + 7.7,
+            radius: 0.6 + (i % 11) as f64 * 0.11,
+            ink: Ink::Black,
+            level: 0,
+        };
+        let (side, stipples) = (columns * 16 + 8, (0..count).map(dot).collect());
+        let loose = Loose { width: side, height: side, units: 16.0, curves, stipples, ground: Ink::White };
+        let drawing = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).expect("they are apart");
+        Drawing { provenance: provenance(), ..drawing }
     }
 }
 

@@ -1,0 +1,332 @@
+//! Curves as few cubics, for the formats that have no quadratic curves. In: a [`Drawing`]; out: the same drawing with its curves
+//! made of fewer pieces.
+//!
+//! # How
+//! A run of pieces that join smoothly becomes one cubic that begins and ends where they do, in their directions. Its two lengths
+//! are those of least squares; the longest run is taken whose cubic, on the grid of the file, lies within [`bound`] of it. Corners,
+//! lines and the ends of open curves stay.
+//!
+//! A curve is fitted once and shared by its two regions, so they fit as before. Afterwards all curves and dots are compared with
+//! their neighbours, as polygons and exactly: where a cubic meets anything, its run keeps its own pieces. So nothing touches that
+//! did not.
+
+use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
+
+use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveDeriv, PathSeg, Point, Rect, Vec2};
+use robust::{Coord, orient2d};
+
+use crate::base::{distance_to_segment, flatten_cubic, is_closed};
+use crate::drawing::Drawing;
+
+/// Pieces that one cubic stands for, at most.
+const LONGEST_RUN: usize = 16;
+
+/// Runs in a row that are too long, after which no longer one is tried.
+const MISSES: usize = 2;
+
+/// Points of a piece that its cubic is compared with.
+const SAMPLES: usize = 4;
+
+/// Times that the parameters of those points are improved.
+const ROUNDS: usize = 3;
+
+/// Cosine of the largest angle between two pieces that join smoothly: 3 degrees, above what the drawing's grid does to them.
+const SMOOTH: f64 = 0.9986;
+
+/// How far the polygons that are compared lie from their curves, in px.
+const FLATNESS: f64 = 1.0 / 128.0;
+
+/// Side of the cells in which neighbours are looked for, in px: few pieces are longer.
+const CELL: f64 = 2.0;
+
+/// How far a cubic may lie from the pieces that it stands for, in px: a step of the grid that the drawing's own control points lie
+/// on. For the default tolerance, that is a quarter of it.
+pub(crate) fn bound(drawing: &Drawing) -> f64 {
+    2.0 / drawing.units
+}
+
+/// The drawing with fewer pieces, all points of its curves on a grid of `units` to a pixel.
+pub(crate) fn with_few_cubics(drawing: &Drawing, units: f64) -> Drawing {
+    let bound = bound(drawing);
+    let mut curves: Vec<Fitted> = drawing.curves.iter().map(|curve| Fitted::of(curve, bound, units)).collect();
+    loop {
+        let crossing = crossing_runs(&curves, drawing);
+        if crossing.is_empty() {
+            break;
+        }
+        for (curve, run) in crossing {
+            curves[curve].runs[run].cubic = None;
+        }
+    }
+    Drawing { curves: curves.iter().map(Fitted::path).collect(), ..drawing.clone() }
+}
+
+/// The point of a grid that is nearest.
+fn on_grid(p: Point, units: f64) -> Point {
+    Point::new((p.x * units).round() / units, (p.y * units).round() / units)
+}
+
+/// A curve as runs of its pieces.
+struct Fitted {
+    /// The pieces on the grid; cubics and lines.
+    pieces: Vec<PathSeg>,
+    runs: Vec<Run>,
+    is_closed: bool,
+}
+
+/// Pieces in a row, and the cubic that stands for them, if there is one.
+struct Run {
+    pieces: Range<usize>,
+    cubic: Option<CubicBez>,
+}
+
+impl Fitted {
+    fn of(curve: &BezPath, bound: f64, units: f64) -> Self {
+        let original: Vec<PathSeg> = curve.segments().collect();
+        let source = Source::of(&original);
+        let mut runs = Vec::new();
+        let mut begin = 0;
+        while begin < original.len() {
+            let mut best = Run { pieces: begin..begin + 1, cubic: None };
+            let mut misses = 0;
+            for end in begin + 2..=original.len().min(begin + LONGEST_RUN) {
+                if misses == MISSES || !source.is_smooth_at(end - 1) {
+                    break;
+                }
+                match source.cubic(begin..end, bound, units) {
+                    Some(cubic) => (best, misses) = (Run { pieces: begin..end, cubic: Some(cubic) }, 0),
+                    None => misses += 1,
+                }
+            }
+            begin = best.pieces.end;
+            runs.push(best);
+        }
+        let rounded = original.iter().map(|piece| match piece {
+            PathSeg::Line(line) => PathSeg::Line(kurbo::Line::new(on_grid(line.p0, units), on_grid(line.p1, units))),
+            curved => {
+                let CubicBez { p0, p1, p2, p3 } = curved.to_cubic();
+                let [p0, p1, p2, p3] = [p0, p1, p2, p3].map(|p| on_grid(p, units));
+                PathSeg::Cubic(CubicBez { p0, p1, p2, p3 })
+            }
+        });
+        Self { pieces: rounded.collect(), runs, is_closed: is_closed(curve) }
+    }
+
+    /// The pieces that are drawn for a run.
+    fn drawn(&self, run: usize) -> impl Iterator<Item = PathSeg> + '_ {
+        let Run { pieces, cubic } = &self.runs[run];
+        let own = if cubic.is_some() { 0..0 } else { pieces.clone() };
+        cubic.map(PathSeg::Cubic).into_iter().chain(self.pieces[own].iter().copied())
+    }
+
+    fn path(&self) -> BezPath {
+        let mut path = BezPath::with_capacity(self.runs.len() + 2);
+        path.extend(self.pieces.first().map(|first| kurbo::PathEl::MoveTo(first.start())));
+        path.extend((0..self.runs.len()).flat_map(|run| self.drawn(run)).map(|piece| piece.as_path_el()));
+        if self.is_closed {
+            path.close_path();
+        }
+        path
+    }
+}
+
+/// A curve as runs are fitted to it.
+struct Source {
+    /// [`SAMPLES`] points of every piece, the last one its end; before them the curve's first point.
+    points: Vec<Point>,
+    /// Length of the polygon through the points, up to each of them.
+    lengths: Vec<f64>,
+    /// Directions in which every piece begins and ends; none of lines and of what is but a point.
+    directions: Vec<Option<[Vec2; 2]>>,
+}
+
+impl Source {
+    fn of(pieces: &[PathSeg]) -> Self {
+        let mut points: Vec<Point> = pieces.first().map(|piece| piece.start()).into_iter().collect();
+        points.extend(pieces.iter().flat_map(|piece| (1..=SAMPLES).map(|k| piece.eval(k as f64 / SAMPLES as f64))));
+        let mut length = 0.0;
+        let steps = points.windows(2).map(|pair| {
+            length += length_of(pair[1] - pair[0]);
+            length
+        });
+        let lengths = std::iter::once(0.0).chain(steps).collect();
+        Self { lengths, points, directions: pieces.iter().map(directions).collect() }
+    }
+
+    /// Whether a piece joins the one before it smoothly.
+    fn is_smooth_at(&self, piece: usize) -> bool {
+        match (self.directions[piece - 1], self.directions[piece]) {
+            (Some([_, before]), Some([after, _])) => before.dot(after) > SMOOTH,
+            _ => false,
+        }
+    }
+
+    /// The cubic for a run of smooth pieces, if there is one within the bound. A run whose pieces turn away from its chord by a right
+    /// angle has none: it could not be told from a loop.
+    fn cubic(&self, run: Range<usize>, bound: f64, units: f64) -> Option<CubicBez> {
+        let (first, last) = (run.start * SAMPLES, run.end * SAMPLES);
+        let (begin, end) = (on_grid(self.points[first], units), on_grid(self.points[last], units));
+        let chord = end - begin;
+        let ends = &self.directions[run.clone()];
+        if !ends.iter().all(|ends| ends.is_some_and(|ends| ends.iter().all(|direction| direction.dot(chord) > 0.0))) {
+            return None;
+        }
+        let (out, home) = (ends.first()?.as_ref()?[0], ends.last()?.as_ref()?[1]);
+        let samples = &self.points[first + 1..last];
+        let whole = self.lengths[last] - self.lengths[first];
+        let mut at: Vec<f64> = self.lengths[first + 1..last].iter().map(|length| (length - self.lengths[first]) / whole).collect();
+        let mut cubic = least_squares([begin, end], [out, home], samples, &at)?;
+        for _ in 0..ROUNDS {
+            if improve(&cubic, samples, &mut at) > 16.0 * bound * bound {
+                return None;
+            }
+            cubic = least_squares([begin, end], [out, home], samples, &at)?;
+        }
+        let cubic = CubicBez { p1: on_grid(cubic.p1, units), p2: on_grid(cubic.p2, units), ..cubic };
+        improve(&cubic, samples, &mut at);
+        let is_within = samples.iter().zip(&at).all(|(sample, t)| (cubic.eval(*t) - *sample).hypot2() <= bound * bound);
+        is_within.then_some(cubic)
+    }
+}
+
+/// The length of a vector, by what is the same everywhere.
+fn length_of(v: Vec2) -> f64 {
+    v.hypot2().sqrt()
+}
+
+/// The directions in which a curved piece begins and ends.
+fn directions(piece: &PathSeg) -> Option<[Vec2; 2]> {
+    if matches!(piece, PathSeg::Line(_)) {
+        return None;
+    }
+    let CubicBez { p0, p1, p2, p3 } = piece.to_cubic();
+    let unit = |v: Vec2| (v != Vec2::ZERO).then(|| v / length_of(v));
+    Some([unit(p1 - p0)?, unit(p3 - p2)?])
+}
+
+/// The cubic between two ends, in the directions there, that is nearest to samples at these parameters; none if it would begin or
+/// end the other way round.
+fn least_squares([begin, end]: [Point; 2], [out, home]: [Vec2; 2], samples: &[Point], at: &[f64]) -> Option<CubicBez> {
+    let (mut c00, mut c01, mut c11, mut x0, mut x1) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (sample, &t) in samples.iter().zip(at) {
+        let s = 1.0 - t;
+        let (b1, b2) = (3.0 * s * s * t, 3.0 * s * t * t);
+        let rest = *sample - begin.lerp(end, b2 + t * t * t);
+        let (first, second) = (b1 * out, -b2 * home);
+        c00 += first.dot(first);
+        c01 += first.dot(second);
+        c11 += second.dot(second);
+        x0 += first.dot(rest);
+        x1 += second.dot(rest);
+    }
+    let determinant = c00 * c11 - c01 * c01;
+    let a = (x0 * c11 - x1 * c01) / determinant;
+    let b = (c00 * x1 - c01 * x0) / determinant;
+    // Not a number, where the directions are the same and leave it open, is not above 0 either.
+    (a > 0.0 && b > 0.0).then(|| CubicBez::new(begin, begin + a * out, end - b * home, end))
+}
+
+/// Moves the parameters towards the points of the cubic that are nearest to the samples; returns the largest squared distance before.
+fn improve(cubic: &CubicBez, samples: &[Point], at: &mut [f64]) -> f64 {
+    let (first, second) = (cubic.deriv(), cubic.deriv().deriv());
+    let mut largest: f64 = 0.0;
+    for (sample, t) in samples.iter().zip(at) {
+        let off = cubic.eval(*t) - *sample;
+        largest = largest.max(off.hypot2());
+        let (along, bend) = (first.eval(*t).to_vec2(), second.eval(*t).to_vec2());
+        let slope = along.hypot2() + off.dot(bend);
+        if slope > 0.0 {
+            *t = (*t - off.dot(along) / slope).clamp(0.0, 1.0);
+        }
+    }
+    largest
+}
+
+/// A side of a curve's polygon.
+#[derive(Clone, Copy)]
+struct Edge {
+    ends: [Point; 2],
+    curve: usize,
+    run: usize,
+}
+
+/// The runs, by curve, whose cubics meet another curve or a dot, or leave the canvas.
+fn crossing_runs(curves: &[Fitted], drawing: &Drawing) -> BTreeSet<(usize, usize)> {
+    let edges: Vec<Edge> = (0..curves.len()).flat_map(|curve| edges_of(curves, curve)).collect();
+    let mut cells: HashMap<[i32; 2], Vec<u32>> = HashMap::new();
+    for (number, edge) in edges.iter().enumerate() {
+        for cell in cells_of(edge.ends) {
+            cells.entry(cell).or_default().push(number as u32);
+        }
+    }
+    let fitted = |edge: &Edge| curves[edge.curve].runs[edge.run].cubic.is_some().then_some((edge.curve, edge.run));
+    let canvas = Rect::new(0.0, 0.0, drawing.width as f64, drawing.height as f64);
+    let leaves = edges.iter().filter(|edge| canvas.union_pt(edge.ends[1]) != canvas);
+    let mut crossing: BTreeSet<(usize, usize)> = leaves.filter_map(fitted).collect();
+    for there in cells.values() {
+        for (i, a) in there.iter().enumerate() {
+            let a = &edges[*a as usize];
+            for b in &there[i + 1..] {
+                let b = &edges[*b as usize];
+                if (fitted(a).is_some() || fitted(b).is_some()) && do_meet(a, b) {
+                    crossing.extend([fitted(a), fitted(b)].into_iter().flatten());
+                }
+            }
+        }
+    }
+    for dot in &drawing.stipples {
+        let (centre, reach) = (Point::new(dot.x, dot.y), Vec2::new(dot.radius, dot.radius));
+        for cell in cells_of([centre - reach, centre + reach]) {
+            let near = cells.get(&cell).into_iter().flatten().map(|number| &edges[*number as usize]);
+            crossing.extend(
+                near.filter(|edge| distance_to_segment(centre, edge.ends[0], edge.ends[1]) < dot.radius).filter_map(fitted),
+            );
+        }
+    }
+    crossing
+}
+
+/// The polygon of a curve.
+fn edges_of(curves: &[Fitted], curve: usize) -> Vec<Edge> {
+    let mut edges = Vec::new();
+    let mut points = Vec::new();
+    for run in 0..curves[curve].runs.len() {
+        for piece in curves[curve].drawn(run) {
+            points.clear();
+            points.push(piece.start());
+            match piece {
+                PathSeg::Line(line) => points.push(line.p1),
+                curved => flatten_cubic(&curved.to_cubic(), FLATNESS, &mut points),
+            }
+            edges.extend(points.windows(2).map(|pair| Edge { ends: [pair[0], pair[1]], curve, run }));
+        }
+    }
+    edges
+}
+
+/// The cells that a box around two points covers.
+fn cells_of([a, b]: [Point; 2]) -> impl Iterator<Item = [i32; 2]> {
+    let cell = |v: f64| (v / CELL).floor() as i32;
+    let columns = cell(a.x.min(b.x))..=cell(a.x.max(b.x));
+    (cell(a.y.min(b.y))..=cell(a.y.max(b.y))).flat_map(move |y| columns.clone().map(move |x| [x, y]))
+}
+
+/// Whether two edges have a point in common, but for the end that neighbours on a curve share.
+fn do_meet(a: &Edge, b: &Edge) -> bool {
+    let ([a0, a1], [b0, b1]) = (a.ends, b.ends);
+    if a.curve == b.curve && (a1 == b0 || b1 == a0) {
+        return false;
+    }
+    let side = |p: Point, q: Point, r: Point| orient2d(coord(p), coord(q), coord(r));
+    let apart = |a: [f64; 2], b: [f64; 2]| a[0].max(a[1]) < b[0].min(b[1]) || b[0].max(b[1]) < a[0].min(a[1]);
+    // The boxes tell edges on one line apart.
+    !apart([a0.x, a1.x], [b0.x, b1.x])
+        && !apart([a0.y, a1.y], [b0.y, b1.y])
+        && side(a0, a1, b0) * side(a0, a1, b1) <= 0.0
+        && side(b0, b1, a0) * side(b0, b1, a1) <= 0.0
+}
+
+fn coord(p: Point) -> Coord<f64> {
+    Coord { x: p.x, y: p.y }
+}
