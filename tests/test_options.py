@@ -303,9 +303,13 @@ FRONT_ENDS = ("rust/cli/src", "rust/py/src", "python/graphstipple")
 STAGES = "python/graphstipple/stages.py"
 
 BY_NAME = {
-    ("nodes", "rust/cli/src/arguments.rs"): "in an example, and among the first options of the help",
+    ("nodes", "rust/cli/src/command.rs"): "in an example, and among the first options of the help",
     ("nodes", "rust/py/src/stages.rs"): "the nodes of a graph",
-    ("detail", "rust/cli/src/arguments.rs"): "a word of the help of --importance",
+    **{
+        ("nodes", file): "how many nodes a drawing came to have"
+        for file in ("rust/cli/src/drawn.rs", "rust/py/src/drawing.rs", "rust/py/src/within.rs")
+    },
+    ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
     ("density", "python/graphstipple/_core.pyi"): "an argument of a stage",
     ("gamma", "python/graphstipple/_pillow.py"): "what a PNG says of its samples",
@@ -378,7 +382,8 @@ def test_the_places_of_an_option_add_up() -> None:
         assert len(found[name]) <= MOST_PLACES, f"{name} stands in {found[name]}"
     assert found["crispness"] == ["labels/refine.rs"]
     assert found["gamma"] == ["photo/tone.rs"]
-    assert found["tolerance"] == ["outlines/outline.rs"]
+    # A limit of bytes or points changes it.
+    assert found["tolerance"] == ["outlines/outline.rs", "pipeline/within.rs"]
 
 
 def test_hard_coded_options_would_be_seen() -> None:

@@ -214,7 +214,7 @@ mod tests {
 
         /// Whatever sizes come, the search ends.
         #[test]
-        fn it_ends_with_any_sizes(shares in prop::collection::vec(1e-3f64..1e3, 8), nodes in 3u64..1_000_000, tolerance in 0.0f64..2.0) {
+        fn it_ends_with_any_sizes(shares in prop::collection::vec(prop_oneof![1e-3f64..1e3, Just(0.0)], 8), nodes in 3u64..1_000_000, tolerance in 0.0f64..2.0) {
             let mut search = Search::new(tolerance, 3.0);
             while let Some(trial) = search.next() {
                 prop_assert!((3..=nodes).contains(&trial.nodes.unwrap_or(nodes)) && (tolerance..=2.0).contains(&trial.tolerance));

@@ -54,6 +54,8 @@ pub struct Trials {
     best: Option<(f64, Within)>,
     /// Bytes and points of the smallest drawing, and the share of the limits that they are.
     smallest: Option<(f64, [u64; 2])>,
+    /// Whether the drawing as it was asked for is of one ink alone.
+    is_blank_as_asked: bool,
 }
 
 impl Trials {
@@ -61,7 +63,7 @@ impl Trials {
     pub fn new(options: Checked<Options>, pixels: f64, writer: Writer, limits: Limits) -> Self {
         let search = Search::new(options.tolerance, options.budget(pixels).spacing);
         let next = search.next();
-        Self { options, writer, limits, search, next, best: None, smallest: None }
+        Self { options, writer, limits, search, next, best: None, smallest: None, is_blank_as_asked: false }
     }
 
     /// The options of the drawing to make next; `None` when the search is over.
@@ -87,12 +89,18 @@ impl Trials {
         let bytes = self.limits.max_bytes.map(|_| self.writer.write(drawing).map(|file| file.len() as u64)).transpose()?;
         let of_limit = |size: u64, limit: Option<u64>| limit.map_or(0.0, |limit| size as f64 / limit as f64);
         let share = of_limit(bytes.unwrap_or(0), self.limits.max_bytes).max(of_limit(points, self.limits.max_points));
-        if self.smallest.is_none_or(|(smallest, _)| share < smallest) {
+        // A blank sheet has few bytes and no points, but is no drawing of a photo that shows something.
+        let is_blank = drawing.stipples.is_empty() && drawing.regions.len() < 2;
+        if self.search.trials() == 0 {
+            self.is_blank_as_asked = is_blank;
+        }
+        let counts = !is_blank || self.is_blank_as_asked;
+        if counts && self.smallest.is_none_or(|(smallest, _)| share < smallest) {
             self.smallest = Some((share, [bytes.unwrap_or(0), points]));
         }
         self.search.tell(trial, share, nodes as u64);
         self.next = self.search.next();
-        let is_finest = share <= 1.0 && self.best.as_ref().is_none_or(|(largest, _)| share > *largest);
+        let is_finest = counts && share <= 1.0 && self.best.as_ref().is_none_or(|(largest, _)| share > *largest);
         if is_finest {
             self.best = Some((share, Within { trials: 0, bytes, points, nodes, tolerance: trial.tolerance }));
         }
@@ -223,6 +231,15 @@ mod tests {
         assert_eq!(drawn(&photo(0), &Options::default(), "svg", &limits).unwrap().1.bytes, Some(bytes));
         let message = told(&Limits { max_bytes: Some(1_000_000), max_points: Some(1) });
         assert!(message.starts_with("max_points is 1, but it must be at least ") && least(&message) < 40, "{message}");
+    }
+
+    #[test]
+    fn a_blank_sheet_is_no_answer_but_to_a_blank_photo() {
+        let limits = Limits { max_bytes: None, max_points: Some(1) };
+        assert!(drawn(&photo(0), &Options::default(), "svg", &limits).is_err());
+        let flat = Photo::new(Field::constant(40, 30, 1.0).unwrap());
+        let (found, within) = drawn(&flat, &Options::default(), "svg", &limits).unwrap();
+        assert_eq!((within.trials, within.points, found.drawing.regions.len()), (1, 0, 1));
     }
 
     #[test]
