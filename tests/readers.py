@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import base64
+import contextlib
 import io
 import math
+import os
 import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +30,15 @@ POINTS_PER_MM = 72 / 25.4
 GHOSTSCRIPT = shutil.which("gs")
 """Where ghostscript is, if it is installed."""
 
+RSVG = shutil.which("rsvg-convert")
+"""Where librsvg is, if it is installed."""
+
+INKSCAPE = shutil.which("inkscape")
+"""Where Inkscape is, if it is installed."""
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+"""Where Chromium is, if it is installed."""
+
 Grey = NDArray[np.uint8]
 Ring = NDArray[np.float64]
 
@@ -35,6 +47,54 @@ def svg(document: str, width: int) -> Grey:
     """Paint an SVG on white paper by resvg."""
     png = bytes(resvg_py.svg_to_bytes(svg_string=document, width=width, background="#ffffff"))
     return np.asarray(Image.open(io.BytesIO(png)).convert("L"))
+
+
+def librsvg(path: Path, width: int) -> Grey:
+    """Paint an SVG on white paper by librsvg."""
+    assert RSVG is not None
+    command = [RSVG, "--unlimited", "--background-color=white", f"--width={width}", "--keep-aspect-ratio", str(path)]
+    run = subprocess.run(command, check=True, capture_output=True)
+    return np.asarray(Image.open(io.BytesIO(run.stdout)).convert("L"))
+
+
+def inkscape(path: Path, width: int) -> Grey:
+    """Paint an SVG on white paper by Inkscape."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out.png"
+        inkscape_do(path, f"--export-width={width}", "--export-background=white", f"--export-filename={out}")
+        return png(out)
+
+
+def inkscape_do(path: Path, *arguments: str) -> None:
+    """Open a file in Inkscape without its window, with a profile of its own."""
+    assert INKSCAPE is not None
+    with tempfile.TemporaryDirectory() as profile:
+        environment = {**os.environ, "INKSCAPE_PROFILE_DIR": profile, "SELF_CALL": "1"}
+        subprocess.run([INKSCAPE, *arguments, str(path)], check=True, capture_output=True, env=environment, timeout=120)
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Callable[[str, int, int], Grey]]:
+    """Start a browser, and give what paints an SVG on a white page at a size in pixels."""
+    from playwright.sync_api import sync_playwright  # it is slow to import
+
+    with sync_playwright() as playwright:
+        # Where tests run as root, Chromium's sandbox does not work.
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        try:
+            page = browser.new_page()
+
+            def paint(document: str, width: int, height: int) -> Grey:
+                page.set_viewport_size({"width": width, "height": height})
+                source = base64.b64encode(document.encode()).decode()
+                style = f"display:block;width:{width}px;height:{height}px"
+                page.set_content(f'<body style="margin:0"><img style="{style}" src="data:image/svg+xml;base64,{source}">')
+                page.wait_for_function("document.images[0].complete && document.images[0].naturalWidth > 0")
+                return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("L"))
+
+            yield paint
+        finally:
+            browser.close()
 
 
 def pdf(path: Path, width: int) -> Grey:
@@ -224,6 +284,9 @@ class PostScript:
 
     def do_setgray(self) -> None:
         (self.grey,) = self.pop(1)
+
+    def do_setrgbcolor(self) -> None:
+        self.grey = float(np.dot(self.pop(3), (0.299, 0.587, 0.114)))
 
     def do_moveto(self) -> None:
         self.rings.append([tuple(self.pop(2))])

@@ -6,7 +6,6 @@ import io
 import json
 import math
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
-from tests import support
+from tests import readers, support
 
 from graphstipple_eval import quoted
 
@@ -63,14 +62,13 @@ def pictures(report: Path) -> list[dict[str, Any]]:
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     """Chromium; skips without it, but not where everything is to be tested."""
-    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if program is None:
+    if readers.CHROMIUM is None:
         if os.environ.get("CI"):
             pytest.fail("no Chromium: CI has to install it")
         pytest.skip("no Chromium is installed")
     arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=arguments)
+        browser = playwright.chromium.launch(executable_path=readers.CHROMIUM, args=arguments)
         yield browser
         browser.close()
 

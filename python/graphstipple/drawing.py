@@ -30,6 +30,12 @@ Curves: TypeAlias = Literal["polylines", "splines"]
 Inks: TypeAlias = Literal["black", "white", "both"]
 """What a flat vector file is written with."""
 
+Elements: TypeAlias = Literal["layers", "marks"]
+"""What the elements of an SVG are."""
+
+Dots: TypeAlias = Literal["circles", "strokes"]
+"""What the dots of an SVG are."""
+
 HEAVY_SVG_BYTES = 2_000_000
 """Above this, a notebook shows the PNG: browsers take seconds for larger SVGs, and every notebook file would hold them."""
 
@@ -186,6 +192,9 @@ class Drawing:
         dpi: float | None = None,
         style: Style = "flat",
         inks: Inks = "black",
+        paper: str | None = None,
+        elements: Elements = "layers",
+        dots: Dots = "circles",
         curves: Curves = "polylines",
         one_bit: bool = False,
     ) -> None:
@@ -211,7 +220,20 @@ class Drawing:
         style : {"flat", "layered"}
             How vector formats express the picture: as disjoint areas with holes, or as white over black over white.
         inks : {"black", "white", "both"}
-            What a flat vector file is written with: black on white paper, white on black paper, or both in layers of their own.
+            What a flat vector file is written with: black, white on black paper, or both in layers of their own over an underlay of
+            black, so that nothing shines through where they meet.
+        paper : str, optional
+            Colour of the whole page, margins included: "white", "black", "#rrggbb" or "#rgb". White marks that are paper have it
+            too: all of a layered drawing, and those of a PNG. By default, or with "none", what is not drawn is transparent, in a
+            PNG white; what a layered drawing and white ink need under them is painted on the canvas.
+        elements : {"layers", "marks"}
+            What the elements of an SVG are: one path a layer, or one element a mark, a circle for a dot and a path with its holes
+            for a region, which drawing programs pick one by one. Their ids have the numbers of `stipples` and `regions`:
+            "white-stipple-7" is `stipples[7]`, "black-region-12" is `regions[12]`.
+        dots : {"circles", "strokes"}
+            What the dots of an SVG are: circles, or short strokes with round caps, which take a quarter of the bytes. Radii are
+            rounded for that, by less than 1.6 per cent, without loss of ink; a file has the rounded ones, and so has what `load`
+            makes of it.
         curves : {"polylines", "splines"}
             What the curves of a DXF are: polylines within 0.05 px of them, or splines that are exactly they.
         one_bit : bool
@@ -220,8 +242,8 @@ class Drawing:
         Raises
         ------
         InvalidInputError
-            If the suffix is not known, a value breaks its rule, the drawing does not fit on the page, or `dpi` or `one_bit` is
-            given for a format without pixels.
+            If the suffix is not known, a value breaks its rule, the drawing does not fit on the page, `dpi` or `one_bit` is
+            given for a format without pixels, the paper has the colour of the ink, or strokes shall be elements for every mark.
         ImageFileError
             If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
 
@@ -230,8 +252,8 @@ class Drawing:
         GraphStippleWarning
             If a vector file has a boundary of so many points that programs leave it out.
         """
-        settings = _given(width=width, margin=margin, page=page, dpi=dpi)
-        settings |= _plain(style=style, inks=inks, curves=curves, one_bit=one_bit)
+        settings = _given(width=width, margin=margin, page=page, dpi=dpi, paper=paper)
+        settings |= _plain(style=style, inks=inks, elements=elements, dots=dots, curves=curves, one_bit=one_bit)
         warning = self._core.save(path_to_write(path), settings)
         if warning:
             warnings.warn(warning, GraphStippleWarning, stacklevel=2)
@@ -244,9 +266,13 @@ class Drawing:
         page: str | None = None,
         style: Style = "flat",
         inks: Inks = "black",
+        paper: str | None = None,
+        elements: Elements = "layers",
+        dots: Dots = "circles",
     ) -> str:
         """Return the drawing as an SVG document, the same that `save` writes with these parameters."""
-        settings = _given(width=width, margin=margin, page=page) | _plain(style=style, inks=inks)
+        settings = _given(width=width, margin=margin, page=page, paper=paper)
+        settings |= _plain(style=style, inks=inks, elements=elements, dots=dots)
         return self._core.encode("svg", settings).decode()
 
     def json(self) -> str:
@@ -400,10 +426,11 @@ class Drawing:
 
 
 def load(path: str | os.PathLike[str]) -> Drawing:
-    """Read a drawing again from a .json or .svg file that graphstipple wrote.
+    """Read a drawing again from a .json, .svg or .svgz file that graphstipple wrote.
 
     It is the same drawing: regions, stipples, options and version, and so every file of it. What the file does not hold is the
-    graph and the importance. An SVG that another program has changed may be refused.
+    graph and the importance. Of an SVG with `dots="strokes"` it is the drawing with the rounded radii. An SVG that another program
+    has changed is read if all that it draws can be a drawing, and refused otherwise.
 
     Parameters
     ----------
@@ -417,7 +444,7 @@ def load(path: str | os.PathLike[str]) -> Drawing:
     Raises
     ------
     InvalidInputError
-        If the suffix is neither .json nor .svg.
+        If the suffix is none of these.
     ImageFileError
         If the file cannot be read or holds no drawing of graphstipple; `ImageFileNotFoundError` if there is none.
     """

@@ -17,6 +17,7 @@ use crate::files::json::NAMES;
 use crate::files::load::{Contents, Subpath, rebuild};
 use crate::files::read_path::{PathReader, circle, number};
 use crate::files::sources::Sources;
+use crate::files::strokes::FINER;
 use crate::files::svg::NAMESPACE;
 use crate::files::text_of;
 use crate::photo::check_size;
@@ -300,8 +301,10 @@ impl Reader {
 
     fn layer(&mut self, group: Node<'_, '_>, kind: Kind) -> Result<()> {
         check_attributes(group, &["transform", "fill", "stroke", "stroke-linecap"])?;
+        let has_strokes = kind.is_dots && group.has_attribute("stroke");
+        let units = if has_strokes { FINER * self.contents.units } else { self.contents.units };
         let scale = group.attribute("transform").and_then(|text| text.strip_prefix("scale(")?.strip_suffix(')'));
-        if scale.and_then(number).is_none_or(|scale| scale * self.contents.units != 1.0) {
+        if scale.and_then(number).is_none_or(|scale| scale * units != 1.0) {
             return Err(other_value(group, "transform"));
         }
         let expected = match (kind.ink, kind.level) {
@@ -309,7 +312,6 @@ impl Reader {
             (Ink::White, 0) => WHITE,
             (Ink::White, _) => self.paper.unwrap_or(WHITE),
         };
-        let has_strokes = kind.is_dots && group.has_attribute("stroke");
         let as_it_is = |name: &str, value: Option<&str>| {
             if group.attribute(name) == value { Ok(()) } else { Err(other_value(group, name)) }
         };
@@ -371,14 +373,13 @@ fn colour(node: Node<'_, '_>, attribute: &str) -> Result<[u8; 3]> {
 /// Reads the data of a path of a layer.
 fn path(contents: &mut Contents, node: Node<'_, '_>, kind: Kind, has_strokes: bool) -> Result<()> {
     let data = node.attribute("d").unwrap_or_default();
-    let reader = PathReader::new(data, contents.units);
     let read = if has_strokes {
         check_attributes(node, &["d", "stroke-width"])?;
         let width = coordinate(node, "stroke-width")?;
-        reader.strokes(0.5 * width, |dot| take(contents, dot, kind))
+        PathReader::new(data, FINER * contents.units).strokes(0.5 * width, |dot| take(contents, dot, kind))
     } else {
         check_attributes(node, &["d"])?;
-        reader.outlines(|outline| take(contents, outline, kind))
+        PathReader::new(data, contents.units).outlines(|outline| take(contents, outline, kind))
     };
     read.map_err(|byte| invalid(format!("the path data of {} in line {} are others at byte {byte}", Named(node), line(node))))
 }
@@ -415,4 +416,227 @@ fn marks(contents: &Contents) -> (Vec<Vec<u64>>, Vec<[u64; 3]>) {
     curves.sort_unstable();
     dots.sort_unstable();
     (curves, dots)
+}
+
+#[cfg(test)]
+mod tests {
+    use kurbo::Point;
+
+    use super::*;
+    use crate::files::export::{Dots, Elements, Export};
+    use crate::files::layers::Style;
+    use crate::files::svg::{samples, to_svg};
+    use crate::options::Inks;
+    use crate::outlines::Stipple;
+
+    /// A drawing whose every number is on its grid.
+    fn drawing() -> Drawing {
+        let mut sample = samples::nested();
+        // It lies on the frame there.
+        sample.stipples[1].x = 58.0;
+        for dot in &mut sample.stipples {
+            *dot = Stipple { level: dot.level, ..Stipple::on_grid(Point::new(dot.x, dot.y), dot.radius, 16.0, dot.ink) };
+        }
+        let on_grid = |p: Point| Point::new((p.x * 16.0).round() / 16.0, (p.y * 16.0).round() / 16.0);
+        let snapped = |element: PathEl| match element {
+            PathEl::MoveTo(p) => PathEl::MoveTo(on_grid(p)),
+            PathEl::QuadTo(control, p) => PathEl::QuadTo(on_grid(control), on_grid(p)),
+            other => other,
+        };
+        for curve in &mut sample.curves {
+            *curve = curve.iter().map(snapped).collect();
+        }
+        // Its curves and dots, put together as they are from a file.
+        from_svg(to_svg(&sample, &layered()).unwrap().as_bytes()).unwrap()
+    }
+
+    fn told(svg: &str) -> String {
+        let message = from_svg(svg.as_bytes()).unwrap_err().to_string();
+        let expected = "this is not a drawing that graphstipple wrote: ";
+        message.strip_prefix(expected).unwrap_or_else(|| panic!("{message}")).to_owned()
+    }
+
+    /// What is said of a file in which the first of something is replaced.
+    fn changed(export: &Export, from: &str, to: &str) -> String {
+        let svg = to_svg(&drawing(), export).unwrap();
+        assert!(svg.contains(from), "no {from} in {svg}");
+        told(&svg.replacen(from, to, 1))
+    }
+
+    fn marks() -> Export {
+        Export { elements: Elements::Marks, ..Export::default() }
+    }
+
+    fn both() -> Export {
+        Export { inks: Inks::Both, ..Export::default() }
+    }
+
+    fn layered() -> Export {
+        Export { style: Style::Layered, ..Export::default() }
+    }
+
+    #[test]
+    fn every_way_of_writing_gives_the_drawing_back() {
+        let drawing = drawing();
+        for export in [Export::default(), Export { inks: Inks::White, ..Export::default() }, both(), layered()] {
+            for elements in [Elements::Layers, Elements::Marks] {
+                for paper in [None, Some("#1af".parse().unwrap())] {
+                    let mut export = Export { elements, paper, ..export.clone() };
+                    export.layout.margin = "7.3px".parse().unwrap();
+                    let svg = to_svg(&drawing, &export).unwrap();
+                    assert_eq!(from_svg(svg.as_bytes()).unwrap(), drawing, "{export:?}");
+                }
+            }
+            let strokes = Export { dots: Dots::Strokes, ..export };
+            let svg = to_svg(&drawing, &strokes).unwrap();
+            let rounded = from_svg(svg.as_bytes()).unwrap();
+            assert_eq!(to_svg(&rounded, &strokes).unwrap(), svg);
+            assert_eq!(from_svg(to_svg(&rounded, &Export::default()).unwrap().as_bytes()).unwrap(), rounded);
+        }
+    }
+
+    #[test]
+    fn an_empty_canvas_keeps_its_ink() {
+        for ink in [Ink::White, Ink::Black] {
+            let mut empty = samples::drawing(8, 8, vec![], &[]);
+            empty.regions = vec![crate::drawing::Region {
+                ink,
+                level: u32::from(ink == Ink::Black),
+                exterior: crate::drawing::Ring {
+                    parts: [[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]]
+                        .map(|[x, y]| crate::drawing::RingPart::Corner(x, y))
+                        .to_vec(),
+                },
+                holes: Vec::new(),
+                enclosed_area: 64.0,
+            }];
+            for export in [Export::default(), Export { inks: Inks::White, ..Export::default() }, both(), layered()] {
+                let svg = to_svg(&empty, &export).unwrap();
+                assert_eq!(from_svg(svg.as_bytes()).unwrap().regions[0].ink, ink, "{svg}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_draws_nothing_is_passed_over() {
+        let drawing = drawing();
+        let svg = to_svg(&drawing, &marks()).unwrap();
+        let editors = "<defs id=\"defs1\"/><sodipodi:namedview xmlns:sodipodi=\"urn:s\" pagecolor=\"#fff\"/><!-- a comment -->\
+                       <title>A drawing</title><g id=\"black-regions\" sodipodi:insensitive=\"true\" style=\"display:inline\" \
+                       xmlns:sodipodi=\"urn:s\"";
+        let edited = svg.replacen("<g id=\"black-regions\"", editors, 1);
+        let edited = edited.replacen("<circle ", "<circle xmlns:i=\"urn:i\" i:label=\"a dot\" ", 1);
+        assert_ne!(edited, svg);
+        assert_eq!(from_svg(edited.as_bytes()).unwrap(), drawing);
+        let with_style = svg.replacen("viewBox", "style=\"background:#fff\" viewBox", 1);
+        assert_eq!(from_svg(with_style.as_bytes()).unwrap(), drawing);
+    }
+
+    #[test]
+    fn other_elements_are_refused_by_name() {
+        let end = "</svg>";
+        let at_end = |element: &str| changed(&Export::default(), end, &format!("{element}{end}"));
+        for name in ["text", "image", "use", "path", "circle", "style", "script", "svg", "a", "switch"] {
+            let line = to_svg(&drawing(), &Export::default()).unwrap().lines().count();
+            assert_eq!(at_end(&format!("<{name}/>")), format!("the element <{name}> in line {line} is none of its own"));
+        }
+        assert!(at_end("<g id=\"mine\"/>").starts_with("the element <g id=\"mine\"> in line "));
+        assert!(at_end("<defs><style>path{fill:red}</style></defs>").starts_with("the element <style> in line "));
+        let in_layer = |element: &str| changed(&marks(), "<circle ", &format!("{element}<circle "));
+        for element in ["<text/>", "<g/>", "<rect/>", "<image/>"] {
+            assert!(in_layer(element).contains(&format!("{} in line ", element.replace('/', ""))));
+        }
+        assert!(changed(&marks(), "<path ", "<circle r=\"1\"/><path ").contains("the element <circle> in line "));
+        let animated = changed(&marks(), "r=\"8\"/>", "r=\"8\"><animate/></circle>");
+        assert!(animated.starts_with("the element <animate> in line "), "{animated}");
+        assert!(changed(&Export::default(), "<svg", "<?xml-stylesheet href=\"a.css\"?><svg").contains("xml-stylesheet"));
+        let hostile = at_end(&format!("<text id=\"{}\u{9b}\"/>", "x".repeat(5000)));
+        assert!(hostile.len() < 200 && !hostile.contains('\u{9b}'));
+    }
+
+    #[test]
+    fn other_attributes_are_refused() {
+        for attribute in ["display=\"none\"", "style=\"opacity:.5\"", "clip-path=\"url(#a)\"", "class=\"a\"", "stroke-width=\"1\""]
+        {
+            let name = attribute.split('=').next().unwrap();
+            let rule = format!("has an attribute {name} that may change how it looks");
+            for (export, element) in [(marks(), "<path"), (marks(), "<circle"), (marks(), "<g"), (layered(), "<rect")] {
+                let message = changed(&export, element, &format!("{element} {attribute}"));
+                assert!(message.ends_with(&rule) && message.starts_with(&format!("the element {element}")), "{message}");
+            }
+        }
+        assert!(changed(&marks(), "<path", "<path transform=\"scale(2)\"").contains("an attribute transform"));
+        assert!(changed(&marks(), "<svg", "<svg transform=\"scale(2)\"").contains("an attribute transform"));
+        assert!(
+            changed(&marks(), "<svg", "<svg style=\"background:red;opacity:0\"")
+                .contains("the attribute style of the element <svg>")
+        );
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        let plain = Export::default();
+        let layer = "of the element <g id=\"black-regions\">";
+        assert_eq!(
+            changed(&plain, "scale(.0625)", "scale(.125)"),
+            format!("the attribute transform {layer} is \"scale(.125)\", which is not what it would be")
+        );
+        assert!(changed(&plain, "units=\"16\"", "units=\"8\"").starts_with(&format!("the attribute transform {layer}")));
+        assert!(changed(&plain, " transform=", " fill=\"#fff\" transform=").starts_with(&format!("the attribute fill {layer}")));
+        assert!(changed(&layered(), "regions\" fill=\"#fff\"", "regions\" fill=\"#eee\"").starts_with("the attribute fill of"));
+        assert_eq!(
+            changed(&layered(), "<rect width=\"64\"", "<rect width=\"32\""),
+            "its paper covers neither the canvas nor the page"
+        );
+        assert_eq!(
+            changed(&both(), "<rect width=\"64\"", "<rect width=\"32\""),
+            "its underlay is not black over all of the canvas"
+        );
+        assert!(changed(&plain, "viewBox=\"0 0 64 48\"", "viewBox=\"0 0 32 48\"").starts_with("its viewBox does not show"));
+        assert!(changed(&plain, "viewBox=\"0 0 64 48\"", "viewBox=\"0 0 nan 48\"").starts_with("its viewBox is not four numbers"));
+        assert!(
+            changed(&plain, "width=\"64\" height=\"48\" units", "width=\"64.5\" height=\"48\" units")
+                .contains("does not say the width")
+        );
+        assert!(changed(&plain, "black-stipples", "black-regions").starts_with("the layer black-regions stands twice in it"));
+        assert!(changed(&plain, "black-stipples", "level-1-black-stipples").contains("is of another style than those before it"));
+        assert!(changed(&layered(), "level-2-white", "level-3-white").starts_with("the element <g id=\"level-3-white-regions\">"));
+        // A dot of the white layers alone moves, or goes.
+        let drawing = to_svg(&drawing(), &Export { elements: Elements::Marks, ..both() }).unwrap();
+        let white = drawing.split("<g id=\"white-regions\"").nth(1).unwrap();
+        for to in ["m1 1h2v3z", ""] {
+            let circle = &white[white.find("a").and_then(|_| white.find("d=\"")).unwrap() + 3..];
+            let data = circle.split('"').next().unwrap();
+            let expected = "its white layers are not what the black ones leave";
+            assert_eq!(told(&drawing.replacen(data, to, 1)), expected);
+        }
+    }
+
+    #[test]
+    fn malformed_numbers_and_shapes_of_the_wrong_kind_are_refused() {
+        for wrong in ["nan", "1e999", "inf", "+1", "0x1", &"1".repeat(41)] {
+            let message = changed(&marks(), "cx=\"768\"", &format!("cx=\"{wrong}\""));
+            assert!(message.starts_with("the attribute cx of the element <circle id=\"black-stipple-"), "{message}");
+        }
+        let ring = changed(
+            &Export::default(),
+            "stipples\" transform=\"scale(.0625)\">\n<path d=\"",
+            "stipples\" transform=\"scale(.0625)\">\n<path d=\"m1 1h1v1z",
+        );
+        assert!(
+            ring.starts_with("the path data of the element <path> in line ") && ring.ends_with(" are others at byte 9"),
+            "{ring}"
+        );
+        let dot = changed(&Export::default(), "<path d=\"", "<path d=\"m1 9a3 3 0 1 1 6 0 3 3 0 1 1-6 0z");
+        assert!(dot.ends_with(" are others at byte 33"), "{dot}");
+    }
+
+    #[test]
+    fn deep_and_doubled_files_end_in_a_sentence() {
+        let svg = to_svg(&drawing(), &Export::default()).unwrap();
+        let deep = svg.replacen("</svg>", &format!("{}{}</svg>", "<g>".repeat(200_000), "</g>".repeat(200_000)), 1);
+        assert!(!told(&deep).is_empty());
+        let declared = format!("<!DOCTYPE svg [<!ENTITY a \"b\">]>{svg}");
+        assert!(!told(&declared).is_empty());
+    }
 }

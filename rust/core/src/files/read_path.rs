@@ -253,9 +253,9 @@ mod tests {
                 true
             })
         };
-        assert_eq!(read("m12.335 5h.01m8 2h-.01m-17 1.5h.01", &mut dots), Ok(()));
+        assert_eq!(read("m12.32 5h.04m8 2h-.04m-17 1.5h.04", &mut dots), Ok(()));
         assert_eq!(dots, [[12.34, 5.0, 2.34], [10.0 + 10.34, 7.0, 2.34], [1.0 + 2.34, 8.5, 2.34]]);
-        for (data, at) in [("m1 2h.02", 8), ("m1 2v.01", 4), ("m1 2h.01z", 8)] {
+        for (data, at) in [("m1 2h.02", 8), ("m1 2v.04", 4), ("m1 2h.04z", 8)] {
             assert_eq!(read(data, &mut dots), Err(at), "{data}");
         }
     }

@@ -18,6 +18,9 @@ use crate::files::layers::{Area, Outline};
 use crate::files::write_path::{leftmost, rounded};
 use crate::outlines::Stipple;
 
+/// Parts of a unit that the paths of strokes count: the outlines put most dots on quarters of a unit, and whole numbers are shorter.
+pub(super) const FINER: f64 = 4.0;
+
 /// Bits of a radius, after its first, that a class shares. One more would double the paths for a tenth of a per mille of grey.
 const CLASS_BITS: u32 = 6;
 
@@ -48,7 +51,7 @@ pub(super) fn with_few_radii(drawing: &Drawing) -> Result<Drawing> {
     drawing.with_dots(&stipples)
 }
 
-/// The dots of a layer by radius, from the smallest: radius and centres in units. Those of one radius follow one another in strips
+/// The dots of a layer by radius, from the smallest: radius and centres, `units` to a pixel. Those of one radius follow one another in strips
 /// across the canvas, there and back, so that the way from one to the next is short.
 pub(super) fn by_radius(areas: &[Area], units: f64, canvas: [usize; 2]) -> Vec<(f64, Vec<Point>)> {
     // Positive numbers have the order of their bits.

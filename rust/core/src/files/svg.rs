@@ -116,10 +116,11 @@ impl Writer<'_> {
 
     fn layer(&mut self, layer: &Layer) {
         let rgb = self.layers.colour(layer.ink);
-        let transform = format!(" transform=\"scale({})\"", digits(1.0 / self.path.units));
         // A layer has marks of one kind.
         let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Mark::Stipple(_)));
         let has_strokes = has_dots && self.export.dots == Dots::Strokes;
+        let units = if has_strokes { strokes::FINER * self.path.units } else { self.path.units };
+        let transform = format!(" transform=\"scale({})\"", digits(1.0 / units));
         let paint = if has_strokes {
             format!(" fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\"", hexadecimal(rgb))
         } else {
@@ -165,7 +166,7 @@ impl Writer<'_> {
     }
 
     fn strokes(&mut self, areas: &[Area]) {
-        for (radius, centres) in strokes::by_radius(areas, self.path.units, self.canvas) {
+        for (radius, centres) in strokes::by_radius(areas, strokes::FINER * self.path.units, self.canvas) {
             for centres in centres.chunks(PATH_DOTS) {
                 self.open(&format!("stroke-width=\"{}\" ", digits(2.0 * radius)));
                 self.path.strokes(centres);
@@ -456,9 +457,9 @@ mod tests {
         let dots = |dots: Dots| to_svg(&sample, &Export { dots, ..Export::default() }).unwrap();
         let layer = |svg: &str| svg.split("id=\"black-stipples\"").nth(1).unwrap().to_owned();
         let strokes = layer(&dots(Dots::Strokes));
-        let paint = " fill=\"none\" stroke=\"#000\" stroke-linecap=\"round\" transform=\"scale(.0625)\">\n<path stroke-width=\"19.2\" d=\"m";
+        let paint = " fill=\"none\" stroke=\"#000\" stroke-linecap=\"round\" transform=\"scale(.015625)\">\n<path stroke-width=\"76.8\" d=\"m";
         assert!(strokes.split("Black stipples\"").nth(1).unwrap().starts_with(paint), "{}", &strokes[..300]);
-        assert_eq!(strokes.matches("h.01").count() + strokes.matches("h-.01").count(), 2000);
+        assert_eq!(strokes.matches("h.04").count() + strokes.matches("h-.04").count(), 2000);
         assert!(strokes.len() < 2000 * 17 && layer(&dots(Dots::Circles)).len() > 2000 * 40, "{}", strokes.len());
     }
 

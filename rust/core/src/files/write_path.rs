@@ -201,9 +201,9 @@ impl PathWriter {
     }
 }
 
-/// Length of the stroke that stands for a dot, in units: programs leave out what has none. Its round ends make its picture wider than
-/// the dot by as much, a few tenths of a per mille of the ink.
-pub(super) const STROKE: f64 = 0.01;
+/// Length of the stroke that stands for a dot, in units of its path: programs leave out what has none. Its round ends make its picture
+/// wider than the dot by as much, a few tenths of a per mille of the ink.
+pub(super) const STROKE: f64 = 0.04;
 
 /// The leftmost point of a circle, in units: it lies on the grid, and the subtraction may have rounded.
 pub(super) fn leftmost(x: f64, radius: f64) -> f64 {
@@ -310,6 +310,6 @@ mod tests {
     fn strokes_turn_back_and_forth_around_their_centres() {
         let mut writer = writer();
         writer.strokes(&[Point::new(12.34, 5.0), Point::new(20.34, 7.0), Point::new(3.34, 8.5)]);
-        assert_eq!(String::from_utf8(writer.bytes).unwrap(), "m12.335 5h.01m8 2h-.01m-17 1.5h.01");
+        assert_eq!(String::from_utf8(writer.bytes).unwrap(), "m12.32 5h.04m8 2h-.04m-17 1.5h.04");
     }
 }
