@@ -3,7 +3,7 @@
 use kurbo::Point;
 use serde::Serialize;
 
-use crate::base::{Error, FLATTENING_TOLERANCE, POLYGON_REACH, Result, distance_to_segment, flattened_edges};
+use crate::base::{Error, FLATTENING_TOLERANCE, POLYGON_REACH, Pool, Result, distance_to_segment, flattened_edges};
 use crate::drawing::data::Drawing;
 use crate::drawing::sides::put_together;
 use crate::outlines::Stipple;
@@ -73,7 +73,8 @@ impl Drawing {
         let left: Vec<Stipple> = stipples.into_iter().flatten().collect();
         // Without curves and dots, all of the canvas is what the dots lay in.
         let ground = self.regions[0].ink;
-        let drawing = put_together(self.width, self.height, self.units, self.curves.clone(), left, ground)?;
+        let curves = self.curves.clone();
+        let drawing = Pool::new(None).run(|| put_together(self.width, self.height, self.units, curves, left, ground))?;
         Ok((Self { provenance: self.provenance.clone(), ..drawing }, changes))
     }
 }

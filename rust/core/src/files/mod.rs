@@ -17,7 +17,7 @@ mod pdf;
 pub mod raster;
 mod svg;
 
-use crate::base::{Checked, Error, Result};
+use crate::base::{Checked, Error, Pool, Result};
 use crate::drawing::Drawing;
 
 pub use export::{Export, SETTINGS, Setting, named_length};
@@ -192,7 +192,7 @@ impl Writer {
     /// # Errors
     /// As [`Writer::check_size`].
     pub fn write(&self, drawing: &Drawing) -> Result<Vec<u8>> {
-        (self.format.write)(drawing, &self.export)
+        Pool::new(None).run(|| (self.format.write)(drawing, &self.export))
     }
 }
 
@@ -205,7 +205,7 @@ pub fn load(bytes: &[u8], format: Format) -> Result<Drawing> {
         return Err(Error::option("suffix", format!(".{}", format.suffix), Format::suffixes_to_load()));
     };
     let text = std::str::from_utf8(bytes).map_err(|_| Error::Input("the file is not text in UTF-8".into()))?;
-    read(text)
+    Pool::new(None).run(|| read(text))
 }
 
 fn fits_on_paper(export: &Export, width: usize, height: usize) -> Result<()> {
