@@ -15,7 +15,8 @@ use graphstipple_core::stages::{
 use graphstipple_core::{Export, Format, Options, presets};
 
 use crate::error::{Error, Result};
-use crate::files::{format_of_path, is_same_file};
+use crate::files::format_of_path;
+use crate::writing::is_same_file;
 
 /// The path that stands for standard input or output.
 pub(crate) const STANDARD: &str = "-";
@@ -59,7 +60,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         .disable_version_flag(true)
         .arg(photo());
     let of_options = DECLARATIONS.iter().filter(|d| d.group != Group::Method).map(|d| of_option(d, with_all));
-    let arguments: Vec<Arg> = of_output()
+    let arguments: Vec<Arg> = of_output(with_all)
         .into_iter()
         .chain(of_options)
         .chain([importance(with_all), published(with_all)])
@@ -129,7 +130,7 @@ fn help_of(declaration: &Declaration, with_all: bool) -> String {
 }
 
 /// A file and how it is written.
-fn of_output() -> Vec<Arg> {
+fn of_output(with_all: bool) -> Vec<Arg> {
     let output = Arg::new("output")
         .short('o')
         .long("output")
@@ -155,8 +156,14 @@ fn of_output() -> Vec<Arg> {
         .allow_hyphen_values(true)
         .help("Least radius of a dot: smaller ones grow where there is room, else they go")
         .help_heading(SIZE);
+    let force = Arg::new("force")
+        .long("force")
+        .action(ArgAction::SetTrue)
+        .help("Overwrite files that are read-only")
+        .help_heading(OUTPUT)
+        .hide(!with_all);
     let settings = SETTINGS.iter().map(of_setting);
-    [output, preview].into_iter().chain(settings).chain([preview_width, min_dot]).collect()
+    [output, preview].into_iter().chain(settings).chain([preview_width, min_dot, force]).collect()
 }
 
 /// Headings of the help.
@@ -264,6 +271,8 @@ pub(crate) struct Job {
     pub(crate) stats: bool,
     /// Whether no progress is shown.
     pub(crate) quiet: bool,
+    /// Whether files that are read-only are overwritten.
+    pub(crate) force: bool,
 }
 
 impl Job {
@@ -287,14 +296,14 @@ impl Job {
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
-        let [stats, quiet] = ["stats", "quiet"].map(|name| matches.get_flag(name));
+        let [stats, quiet, force] = ["stats", "quiet", "force"].map(|name| matches.get_flag(name));
         let reading = Reading {
             background: options.background.rgb(),
             max_pixels: matches.get_one("max_pixels").copied().unwrap_or(MAX_PIXELS),
             allow_damaged: matches.get_flag("allow_damaged"),
             options: Some(options.clone()),
         };
-        let job = Self { photo, output, writer, preview, importance, options, reading, min_dot, stats, quiet };
+        let job = Self { photo, output, writer, preview, importance, options, reading, min_dot, stats, quiet, force };
         job.check_paths()?;
         Ok(job)
     }
@@ -310,7 +319,7 @@ impl Job {
             if !format_of_path(preview).is_ok_and(Format::has_pixels) {
                 return Err(Error::Usage(format!("{}: the suffix of a preview must be .png", preview.display())));
             }
-            if self.output.as_ref().is_some_and(|output| preview == output || is_same_file(preview, output)) {
+            if self.output.as_ref().is_some_and(|output| is_same_file(preview, output)) {
                 return Err(Error::Usage(format!("{}: the preview must be another file than the output", preview.display())));
             }
         }
