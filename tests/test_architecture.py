@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-CORE = Path(__file__).resolve().parents[1] / "rust" / "core" / "src"
+RUST = Path(__file__).resolve().parents[1] / "rust"
+CORE = RUST / "core" / "src"
 LIB = (CORE / "lib.rs").read_text(encoding="utf-8")
 FOLDERS = re.findall(r"^mod (\w+);", LIB, re.MULTILINE)
 
@@ -107,6 +108,12 @@ def test_no_files_import_one_another_in_a_circle() -> None:
         list(TopologicalSorter(graph).static_order())
     except CycleError as error:
         pytest.fail(f"files import one another: {' -> '.join(error.args[1])}")
+
+
+def test_threads_are_started_in_one_place() -> None:
+    sources = [path for crate in ("core", "cli", "py") for path in (RUST / crate / "src").rglob("*.rs")]
+    starting = re.compile(r"ThreadPoolBuilder|build_global|rayon::spawn|thread::(?:spawn|Builder|scope)")
+    assert [path for path in sources if starting.search(code_of(path))] == [CORE / "base" / "pool.rs"]
 
 
 def test_few_names_are_public() -> None:

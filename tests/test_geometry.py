@@ -285,7 +285,7 @@ def test_a_loaded_drawing_knows_what_it_does_not_have(tmp_path: Path) -> None:
     drawing.save(tmp_path / "drawing.json")
     loaded = gs.load(str(tmp_path / "drawing.json"))
     for attribute in ("graph", "importance"):
-        with pytest.raises(gs.GraphStippleError, match=f"loaded from a file, which holds no {attribute}"):
+        with pytest.raises(gs.GraphStippleError, match=f"loaded from a file or a pickle, which hold no {attribute}"):
             getattr(loaded, attribute)
     assert "seconds" not in loaded.stats
     assert repr(loaded) == repr(drawing)

@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+from types import FrameType
 
 from graphstipple import _core
 
-INTERRUPTED = 130
-"""The exit code of a run that was stopped."""
+BY_SIGNAL = 128
+"""Exit codes above this are those of runs that a signal stopped."""
 
 
 def main() -> int:
     """Run the command line on the program's arguments and return its exit code."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        # What is ignored, as SIGHUP is by nohup, stays so.
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, _stop)
     code = _core.cli(["graphstipple", *sys.argv[1:]])
-    if code == INTERRUPTED:
+    if code > BY_SIGNAL:
         # A thread of Pillow's may be at work still, which the interpreter must not wait for, nor take away what it works with.
         os._exit(code)
     return code
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    """Ask the run to stop."""
+    raise SystemExit(BY_SIGNAL + number)

@@ -125,6 +125,10 @@ class Session:
     A session keeps about 16 bytes a pixel of the photo as reduced, 1 a lattice node, 86 a node, and the last drawing; a drawing
     shares its graph and its importance with the session. Threads may use one session: they draw one after the other.
 
+    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced, and its
+    importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an array with
+    transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
+
     Parameters
     ----------
     image : str, path, PIL image or ndarray
@@ -166,6 +170,7 @@ class Session:
         self._limits = (max_pixels, allow_damaged)
         self._seconds: dict[str, float] = {}
         self._state = self._begin(Options()._checked, self._seconds, _silent)
+        self._may_change = True
 
     def draw(
         self,
@@ -213,6 +218,27 @@ class Session:
         report("outlines", 1.0)
         return _drawing(result, options, seconds, state.heard)
 
+    def __reduce__(self) -> tuple[Callable[..., Session], tuple[object, ...]]:
+        core, heard = self._state
+        packed = core.packed()
+        given = None
+        if self._may_change:
+            is_called = callable(self._importance)
+            is_settled = isinstance(packed[1], str) or is_called or _is_opaque(self._importance)
+            if not (core.is_never_reduced and _is_opaque(self._image) and is_settled):
+                given = (self._image, _not_packed if is_called else self._importance)
+        return _unpacked, (packed, heard, given, self._limits)
+
+    @classmethod
+    def _of(cls, state: _State, given: tuple[ImageLike, ImportanceLike] | None, limits: tuple[int, bool]) -> Session:
+        """Return a session with what it has read; `given` is what can be read again, if it may have to be."""
+        session = object.__new__(cls)
+        session._state, session._limits, session._may_change = state, limits, given is not None
+        session._seconds = {}
+        if given is not None:
+            session._image, session._importance = given
+        return session
+
     def __repr__(self) -> str:
         session = self._state.session
         width, height = session.size
@@ -255,7 +281,7 @@ class Session:
     def _fitting(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         """Return the state that these options can be drawn from, read again if they ask for it."""
         state = self._state
-        if not state.session.fits(options):
+        if self._may_change and not state.session.fits(options):
             state = self._begin(options, seconds, report)
             # In one step: threads with different backgrounds each have their own, and the last one's stays.
             self._state = state
@@ -270,6 +296,31 @@ class Session:
         if session.warning:
             heard.warnings.append(session.warning)
         return _State(session, heard)
+
+
+def _unpacked(
+    packed: tuple[_core.Photo, str | _core.Photo, tuple[int, int, int]],
+    heard: _Heard,
+    given: tuple[ImageLike, ImportanceLike] | None,
+    limits: tuple[int, bool],
+) -> Session:
+    """Return the session that was pickled."""
+    photo, importance, background = packed
+    session = _core.Session(photo, importance, _core.Reading(background, None, *limits))
+    return Session._of(_State(session, heard), given, limits)
+
+
+def _not_packed(luma: npt.NDArray[np.float32]) -> str:
+    """Refuse to stand for the callable that a session was begun with."""
+    raise InvalidInputError(
+        "these options ask for the importance to be made again by a callable, which was not pickled with the session: "
+        "begin a new session"
+    )
+
+
+def _is_opaque(given: object) -> bool:
+    """Whether an image is known to look the same on every background: the last of two or four channels is opacity."""
+    return isinstance(given, np.ndarray) and (given.ndim == 2 or given.shape[2] % 2 == 1)
 
 
 class _Limit(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, overload
@@ -41,6 +41,9 @@ HEAVY_SVG_BYTES = 2_000_000
 
 NOTEBOOK_WIDTH = 1600
 """Widest PNG shown in a notebook, in pixels: wider than any notebook's column."""
+
+_WITHOUT = "this drawing was loaded from a file or a pickle, which hold no {}: draw the photo again to get it"
+"""What is said where a drawing is asked for what its stages made, and has it no more."""
 
 STIPPLE_DTYPE = np.dtype([("x", np.float64), ("y", np.float64), ("radius", np.float64), ("ink", np.uint8)])
 """Fields of `Drawing.stipples`."""
@@ -147,7 +150,11 @@ def known(options: Options | RecordedOptions | None) -> Options:
 
 
 class Drawing:
-    """A drawing of stipples and regions, as `draw` and `load` return it."""
+    """A drawing of stipples and regions, as `draw` and `load` return it.
+
+    It never changes, so a copy of it is the drawing itself. It can be pickled, for process pools and Dask: what a pickle holds is
+    what a JSON file of it does, and its `stats`; not the graph and the importance.
+    """
 
     def __init__(
         self,
@@ -197,15 +204,19 @@ class Drawing:
         dots: Dots = "circles",
         curves: Curves = "polylines",
         one_bit: bool = False,
+        force: bool = False,
     ) -> None:
         """Write the drawing to a file, whole or not at all, in the format that its suffix stands for (docs/options.md lists them).
+
+        A new file takes the place of one that is there, with its permissions, and its owner where the system allows; other hard
+        links go on to show the old one. A symbolic link stays one; what it leads to is replaced. Devices and pipes are written to.
 
         Lengths are numbers of pixels or text with a unit (mm, cm, in, pt, px); on paper, a pixel is 1/96 inch. JSON has no size.
 
         Parameters
         ----------
         path : str or path
-            Where to; an existing file is replaced.
+            Where to; an existing file is replaced, unless it is read-only.
         width : float or str, optional
             Width of the drawing, without margins; the height follows. By default as large as the page allows, without a page one
             pixel for a pixel of the canvas. For a PNG, a number is the width in pixels.
@@ -238,6 +249,8 @@ class Drawing:
             What the curves of a DXF are: polylines within 0.05 px of them, or splines that are exactly they.
         one_bit : bool
             Whether a PNG holds black and white alone, one bit a pixel.
+        force : bool
+            Whether a file that is read-only is replaced, too.
 
         Raises
         ------
@@ -245,7 +258,7 @@ class Drawing:
             If the suffix is not known, a value breaks its rule, the drawing does not fit on the page, `dpi` or `one_bit` is
             given for a format without pixels, the paper has the colour of the ink, or strokes shall be elements for every mark.
         ImageFileError
-            If the file cannot be written; `ImageFileNotFoundError` if its folder does not exist.
+            If the file cannot be written, or is read-only; `ImageFileNotFoundError` if its folder does not exist.
 
         Warns
         -----
@@ -254,7 +267,7 @@ class Drawing:
         """
         settings = _given(width=width, margin=margin, page=page, dpi=dpi, paper=paper)
         settings |= _plain(style=style, inks=inks, elements=elements, dots=dots, curves=curves, one_bit=one_bit)
-        warning = self._core.save(path_to_write(path), settings)
+        warning = self._core.save(path_to_write(path), settings, bool(force))
         if warning:
             warnings.warn(warning, GraphStippleWarning, stacklevel=2)
 
@@ -392,7 +405,7 @@ class Drawing:
         """The second graph: sites, edges, tone, labels and components of its nodes. A drawing that was loaded has none."""
         graph = self._core.graph()
         if graph is None:
-            raise GraphStippleError("this drawing was loaded from a file, which holds no graph: draw the photo again to get it")
+            raise GraphStippleError(_WITHOUT.format("graph"))
         return Graph(*graph)
 
     @cached_property
@@ -403,10 +416,17 @@ class Drawing:
         """
         importance = self._core.importance()
         if importance is None:
-            raise GraphStippleError(
-                "this drawing was loaded from a file, which holds no importance: draw the photo again to get it"
-            )
+            raise GraphStippleError(_WITHOUT.format("importance"))
         return importance
+
+    def __copy__(self) -> Drawing:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Drawing:
+        return self
+
+    def __reduce__(self) -> tuple[Callable[..., Drawing], tuple[object, ...]]:
+        return _unpacked, (self._core.packed(), self._seconds, self._decoder)
 
     def __repr__(self) -> str:
         counts = f"{self._core.stipple_count} stipples, {self._core.region_count} regions"
@@ -448,11 +468,22 @@ def load(path: str | os.PathLike[str]) -> Drawing:
     ImageFileError
         If the file cannot be read or holds no drawing of graphstipple; `ImageFileNotFoundError` if there is none.
     """
-    core = _core.load(path_to_read(path))
+    return _with_its_options(_core.load(path_to_read(path)), {}, None)
+
+
+def _unpacked(packed: tuple[bytes, str, list[str]], seconds: dict[str, float], decoder: str | None) -> Drawing:
+    """Return the drawing that was pickled."""
+    return _with_its_options(_core.unpacked(*packed), seconds, decoder)
+
+
+def _with_its_options(core: _core.Drawing, seconds: dict[str, float], decoder: str | None) -> Drawing:
+    """Return a drawing that was read, with the options that it tells itself."""
+    options: Options | RecordedOptions
     try:
-        return Drawing(core, Options._of(core.options()), {})
+        options = Options._of(core.options())
     except InvalidInputError as error:
-        return Drawing(core, RecordedOptions(core.provenance()["options"], str(error)), {})
+        options = RecordedOptions(core.provenance()["options"], str(error))
+    return Drawing(core, options, seconds, decoder)
 
 
 def stipple_array(circles: npt.NDArray[np.float64], inks: npt.NDArray[np.uint8]) -> npt.NDArray[np.void]:

@@ -12,8 +12,9 @@ use graphstipple_core::{Export, Format, Options};
 
 use crate::command::{STANDARD, command};
 use crate::error::{Error, Result};
-use crate::files::{format_of_path, is_same_file};
+use crate::files::format_of_path;
 use crate::messages::{in_flags, usage};
+use crate::writing::is_same_file;
 
 /// Everything that a run needs, checked as far as it can be without reading a file.
 #[derive(Debug, Clone)]
@@ -38,6 +39,8 @@ pub(crate) struct Job {
     pub(crate) stats: bool,
     /// Whether no progress is shown.
     pub(crate) quiet: bool,
+    /// Whether files that are read-only are overwritten.
+    pub(crate) force: bool,
 }
 
 impl Job {
@@ -63,14 +66,14 @@ impl Job {
         check_units(&matches, format)?;
         let limits = limits(&matches).map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
-        let [stats, quiet] = ["stats", "quiet"].map(|name| matches.get_flag(name));
+        let [stats, quiet, force] = ["stats", "quiet", "force"].map(|name| matches.get_flag(name));
         let reading = Reading {
             background: options.background.rgb(),
             max_pixels: matches.get_one("max_pixels").copied().unwrap_or(MAX_PIXELS),
             allow_damaged: matches.get_flag("allow_damaged"),
             options: Some(options.clone()),
         };
-        let job = Self { photo, output, writer, preview, importance, options, reading, min_dot, limits, stats, quiet };
+        let job = Self { photo, output, writer, preview, importance, options, reading, min_dot, limits, stats, quiet, force };
         job.check_paths()?;
         Ok(job)
     }
@@ -86,7 +89,7 @@ impl Job {
             if !format_of_path(preview).is_ok_and(Format::has_pixels) {
                 return Err(Error::Usage(format!("{}: the suffix of a preview must be .png", preview.display())));
             }
-            if self.output.as_ref().is_some_and(|output| preview == output || is_same_file(preview, output)) {
+            if self.output.as_ref().is_some_and(|output| is_same_file(preview, output)) {
                 return Err(Error::Usage(format!("{}: the preview must be another file than the output", preview.display())));
             }
         }

@@ -201,8 +201,14 @@ fn of_output(with_all: bool) -> Vec<Arg> {
     let limits = limits.map(|(name, value_name, help)| {
         flag(name).value_name(value_name).allow_negative_numbers(true).help(help).help_heading(OUTPUT).hide(!with_all)
     });
+    let force = Arg::new("force")
+        .long("force")
+        .action(ArgAction::SetTrue)
+        .help("Overwrite files that are read-only")
+        .help_heading(OUTPUT)
+        .hide(!with_all);
     let settings = SETTINGS.iter().map(|setting| of_setting(setting, with_all));
-    [output, preview].into_iter().chain(settings).chain(limits).chain([preview_width, min_dot]).collect()
+    [output, preview].into_iter().chain(settings).chain(limits).chain([preview_width, min_dot, force]).collect()
 }
 
 /// Headings of the help.

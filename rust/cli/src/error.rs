@@ -29,21 +29,34 @@ pub enum Error {
     /// The core refused or failed.
     #[error(transparent)]
     Core(#[from] graphstipple_core::Error),
-    /// The user asked to stop.
+    /// A file that is there must not be written.
+    #[error("{}: the file is read-only: force=True overwrites it", path.display())]
+    ReadOnly {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The user or the system asked to stop.
     #[error("interrupted")]
-    Interrupted,
+    Interrupted(
+        /// The exit code that says by what.
+        u8,
+    ),
 }
+
+/// The exit code of a run that Ctrl-C stopped: as shells have it, 128 and the number of the signal.
+pub const INTERRUPTED: u8 = 130;
 
 /// The result type of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// The exit code that stands for it: 1 failure, 2 usage, 130 interrupted.
+    /// The exit code that stands for it: 1 failure, 2 usage, of an interruption its own.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) | Self::Core(graphstipple_core::Error::Option { .. }) => 2,
-            Self::Interrupted | Self::Core(graphstipple_core::Error::Cancelled) => 130,
-            Self::File { .. } | Self::Photo { .. } | Self::Core(_) => 1,
+            Self::Interrupted(code) => *code,
+            Self::Core(graphstipple_core::Error::Cancelled) => INTERRUPTED,
+            Self::File { .. } | Self::ReadOnly { .. } | Self::Photo { .. } | Self::Core(_) => 1,
         }
     }
 }

@@ -1,17 +1,15 @@
-//! Photos in, drawings out: the only module that touches the file system, for the command line and for Python alike.
-//!
-//! A file is written under a temporary name in its own folder and renamed when it is complete, so a drawing is there whole or
-//! not at all. What this module does not do: know any image or vector format (the core does).
+//! Photos in, and drawings that were saved: with [`crate::writing`] the only module that touches the file system, for the command line
+//! and for Python alike. What this module does not do: know any image or vector format (the core does).
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{self, BufReader, Cursor, Read, Seek, Write};
+use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, Reading, Source, Writer, decode};
+use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, Reading, Source, decode};
 use graphstipple_core::{Control, Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
@@ -185,69 +183,7 @@ pub fn told(path: &Path, warning: &str) -> String {
     format!("{}: {warning}", path.display())
 }
 
-/// Writes a drawing to a file.
-///
-/// # Errors
-/// As [`Writer::write`] and [`write_atomically`]; then no file is left behind, and one that was there is as it was.
-pub fn save(drawing: &Drawing, path: &Path, writer: &Writer) -> Result<()> {
-    check_target(path)?;
-    write_atomically(path, &writer.write(drawing)?)
-}
-
-/// Checks what can be checked before the work starts: that the folder of a file to write is there, and the file is not a folder.
-///
-/// # Errors
-/// [`Error::File`] with the path.
-pub fn check_target(path: &Path) -> Result<()> {
-    let refuse = |kind, text: String| Err(Error::File { path: path.to_owned(), source: io::Error::new(kind, text) });
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return refuse(io::ErrorKind::Other, format!("the folder {} does not exist", folder.display()));
-    }
-    if path.is_dir() {
-        return refuse(io::ErrorKind::IsADirectory, String::new());
-    }
-    Ok(())
-}
-
-/// Writes a file whole or not at all, with the permissions that the process gives new files.
-///
-/// # Errors
-/// [`Error::File`]; then nothing is left behind, and a file that was there is as it was.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    write_all_atomically(&[(path, bytes)])
-}
-
-/// Writes several files as [`write_atomically`] does. None takes its name before all of them are complete on the disk.
-///
-/// # Errors
-/// [`Error::File`] for the first that fails.
-pub fn write_all_atomically(files: &[(&Path, &[u8])]) -> Result<()> {
-    let mut complete = Vec::with_capacity(files.len());
-    for &(path, bytes) in files {
-        check_target(path)?;
-        let target = real_path(path);
-        let failed = |source| Error::File { path: path.to_owned(), source };
-        let mut file = temporary_file(folder_of(&target)).map_err(failed)?;
-        file.write_all(bytes).map_err(failed)?;
-        complete.push((file, target, path));
-    }
-    for (file, target, path) in complete {
-        file.persist(target).map_err(|error| Error::File { path: path.to_owned(), source: error.error })?;
-    }
-    Ok(())
-}
-
-fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".graphstipple-").suffix(".tmp");
-    // Temporary files are private by default; this one becomes an ordinary file. The process's umask applies.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
-/// Reads a drawing again from a file that [`save`] wrote, of a format that holds all of it.
+/// Reads a drawing again from a file that [`save`](crate::writing::save) wrote, of a format that holds all of it.
 ///
 /// # Errors
 /// [`Error::Usage`] for another suffix, [`Error::File`] if the file cannot be read, [`Error::Photo`] if it holds no drawing of
@@ -262,48 +198,9 @@ pub fn load(path: &Path, control: &Control) -> Result<Drawing> {
     graphstipple_core::load(&bytes, format, control).map_err(|source| of_photo(path, source))
 }
 
-/// Where a write through a symbolic link ends: the rename would replace the link itself.
-fn real_path(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
-}
-
-/// Whether two paths name the same file, if both are there.
-pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
-    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use graphstipple_core::Export;
-    use graphstipple_core::stages::{Ink, Mark, Provenance, Stipple, Value};
-
     use super::*;
-
-    fn dot() -> Drawing {
-        Drawing {
-            width: 20,
-            height: 10,
-            curves: vec![],
-            stipples: vec![Stipple { x: 10.0, y: 5.0, radius: 4.0, ink: Ink::Black, level: 1 }],
-            regions: vec![],
-            order: vec![Mark::Stipple(0)],
-            units: 8.0,
-            provenance: Provenance::default(),
-        }
-    }
-
-    fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
 
     #[test]
     fn the_suffix_says_the_format() {
@@ -316,75 +213,6 @@ mod tests {
             let error = format_of_path(Path::new(path)).unwrap_err();
             assert_eq!((error.to_string(), error.exit_code()), (format!("{path}: {rule} {suffixes}"), 2));
         }
-    }
-
-    /// Writes the dot as a file of this name, so wide.
-    fn save_at(path: &Path, width: &str) -> Result<()> {
-        let mut export = Export::default();
-        export.set("width", &Value::Word(width.to_owned())).unwrap();
-        save(&dot(), path, &format_of_path(path)?.writer(export.check()?)?)
-    }
-
-    #[test]
-    fn save_writes_every_format_and_nothing_else() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        for (name, begin) in [
-            ("a.svg", "<svg "),
-            ("a.pdf", "%PDF-"),
-            ("a.eps", "%!PS-Adobe-3.0 EPSF-3.0\n"),
-            ("a.dxf", "999\ngraphstipple "),
-            ("a.json", "{"),
-            ("a.png", "\u{89}PNG"),
-        ] {
-            save_at(&path(name), "40px").unwrap();
-            let text: String = fs::read(path(name)).unwrap().into_iter().map(char::from).collect();
-            assert!(text.starts_with(begin), "{name}: {text}");
-        }
-        let png = image::open(path("a.png")).unwrap();
-        assert_eq!((png.width(), png.height()), (40, 20));
-        for name in ["b.svg", "b.pdf", "b.eps", "b.dxf", "b.png"] {
-            assert!(save_at(&path(name), "0").is_err(), "{name}");
-        }
-        assert_eq!(names(folder.path()), ["a.dxf", "a.eps", "a.json", "a.pdf", "a.png", "a.svg"]);
-    }
-
-    #[test]
-    fn a_missing_folder_is_one_sentence() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("none").join("a.svg");
-        let error = save_at(&path, "40px").unwrap_err();
-        let expected = format!("{}: the folder {} does not exist", path.display(), folder.path().join("none").display());
-        assert_eq!((error.to_string(), error.exit_code()), (expected, 1));
-        assert_eq!(names(folder.path()), Vec::<String>::new());
-    }
-
-    #[test]
-    fn when_one_file_fails_none_is_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let (good, bad) = (folder.path().join("a.svg"), folder.path().join("folder.png"));
-        fs::write(&good, "before").unwrap();
-        fs::create_dir(&bad).unwrap();
-        let error = write_all_atomically(&[(&good, b"after"), (&bad, b"after")]).unwrap_err();
-        assert_eq!(error.to_string(), format!("{}: this is a folder, not a file", bad.display()));
-        assert_eq!(fs::read(&good).unwrap(), b"before");
-        assert_eq!(names(folder.path()), ["a.svg", "folder.png"]);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn files_have_ordinary_permissions_and_links_stay_links() {
-        use std::os::unix::fs::PermissionsExt;
-        let folder = tempfile::tempdir().unwrap();
-        let (plain, ours, link) = (folder.path().join("plain"), folder.path().join("ours"), folder.path().join("link"));
-        fs::write(&plain, "").unwrap();
-        write_atomically(&ours, b"one").unwrap();
-        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
-        assert_eq!(mode(&ours), mode(&plain));
-        std::os::unix::fs::symlink(&ours, &link).unwrap();
-        write_atomically(&link, b"two").unwrap();
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert_eq!(fs::read(&ours).unwrap(), b"two");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The command line of graphstipple: one [`run`] for the native binary and for the console script that pip installs.
 //!
-//! [`files`] reads photos and writes drawings; the Python package calls it too.
+//! [`files`] reads photos and [`writing`] writes drawings; the Python package calls them too.
 
 mod arguments;
 mod command;
@@ -8,25 +8,27 @@ mod drawn;
 pub mod error;
 pub mod files;
 mod messages;
+mod scratch;
 mod shell;
+pub mod writing;
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
 use std::time::{Duration, Instant};
 
-use graphstipple_core::stages::{Stats, raster, schema};
+use graphstipple_core::stages::{Pool, Stats, raster, schema};
 use graphstipple_core::{Control, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use arguments::Job;
 use command::{COMPLETIONS, HELP_ALL, LIST_PRESETS, MAN, OPTIONS_SCHEMA, command};
 use drawn::Drawn;
-pub use error::{Error, Result};
+pub use error::{Error, INTERRUPTED, Result};
 use messages::in_flags;
+use writing::Target;
 
 /// How often the waiting thread looks for an interruption and moves the progress bar: well under the half second within which
 /// an interruption must end the run, and too seldom to cost anything.
@@ -40,11 +42,13 @@ const STEPS: u64 = 1000;
 
 /// Runs the command with the given arguments, the first of which is the program's name.
 ///
-/// The work is done on a thread of its own; this one asks `interrupted` every 50 ms and returns soon after it says yes, without
-/// waiting for the worker, whose result is dropped. Files are written by this thread alone, when everything is done.
+/// The work is done on as many threads as the options ask for; this one asks `interrupted` every 50 ms and returns soon after it says
+/// yes by an exit code, such as [`INTERRUPTED`], without waiting for the workers, whose result is dropped. Files are written by this
+/// thread alone, when everything is done, and to the end: an interruption that comes then is too late. Writing to pipes and devices,
+/// which may take any time, is interrupted as the work is.
 ///
-/// Returns the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted. What went wrong is one line on standard error.
-pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> bool) -> u8 {
+/// Returns the exit code: 0 done, 1 failed, 2 wrong usage, that of an interruption. What went wrong is one line on standard error.
+pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> Option<u8>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let done = match printed(&arguments) {
         Some(text) => text.and_then(|text| print(io::stdout(), text.as_bytes())),
@@ -93,8 +97,8 @@ fn list_of_presets() -> String {
 /// Tells an error in one line; returns its exit code.
 fn report(error: &Error) -> u8 {
     // An interruption was the user's own; nothing needs to be said.
-    if error.exit_code() != 130 {
-        let text = error.to_string().replace("allow_damaged", "--allow-damaged");
+    if !matches!(error, Error::Interrupted(_) | Error::Core(graphstipple_core::Error::Cancelled)) {
+        let text = error.to_string().replace("allow_damaged", "--allow-damaged").replace("force=True", "--force");
         let line: Vec<&str> = text.lines().map(str::trim).collect();
         // With standard error closed there is nobody left to tell.
         let _ = writeln!(io::stderr(), "graphstipple: error: {}", line.join(" "));
@@ -102,30 +106,32 @@ fn report(error: &Error) -> u8 {
     error.exit_code()
 }
 
-fn execute(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<()> {
+fn execute(job: &Job, interrupted: &dyn Fn() -> Option<u8>) -> Result<()> {
     for path in job.paths_to_write() {
-        files::check_target(path)?;
+        Target::find(path, job.force)?;
     }
-    let made = work(job, interrupted)?;
+    let mut bar = Bar::new(!job.quiet);
+    let work = job.clone();
+    let made = watched(job.options.threads, interrupted, |progress| bar.show(progress), move |control| make(&work, control))?;
+    drop(bar);
 
-    let complete: Vec<(&Path, &[u8])> = made.files.iter().map(|(path, bytes)| (path.as_path(), bytes.as_slice())).collect();
-    files::write_all_atomically(&complete)?;
+    // One thread that waits with the bytes for whoever takes them.
+    let pour = |writing: Box<dyn FnOnce() -> Result<()> + Send>| watched(Some(1), interrupted, |_| (), move |_| writing());
+    let files = made.files.into_iter().map(|(path, bytes)| Ok((Target::find(&path, job.force)?, bytes)));
+    writing::write_all(files.collect::<Result<_>>()?, |stream, bytes| pour(Box::new(move || stream.write(&bytes))))?;
     for warning in &made.warnings {
         // With standard error closed there is nobody to tell.
         let _ = writeln!(io::stderr(), "graphstipple: warning: {warning}");
     }
-    if let Some(svg) = &made.standard_output {
-        print(io::stdout(), svg)?;
-    }
-    if job.stats {
-        let json = serde_json::to_string_pretty(&made.stats).expect("numbers and names always serialize") + "\n";
-        if made.standard_output.is_some() {
-            print(io::stderr(), json.as_bytes())?;
-        } else {
-            print(io::stdout(), json.as_bytes())?;
+    let stats = job.stats.then(|| serde_json::to_string_pretty(&made.stats).expect("numbers and names always serialize") + "\n");
+    match (made.standard_output, stats) {
+        (Some(svg), stats) => {
+            pour(Box::new(move || print(io::stdout(), &svg)))?;
+            stats.map_or(Ok(()), |stats| print(io::stderr(), stats.as_bytes()))
         }
+        (None, Some(stats)) => print(io::stdout(), stats.as_bytes()),
+        (None, None) => Ok(()),
     }
-    Ok(())
 }
 
 /// Writes to a stream; a reader that has gone away is no error.
@@ -145,28 +151,29 @@ struct Made {
     warnings: Vec<String>,
 }
 
-/// Does the job on a thread of its own and waits for it or for an interruption.
-fn work(job: &Job, interrupted: &dyn Fn() -> bool) -> Result<Made> {
+/// Does work on so many threads, and waits for it or for an interruption; `look` is shown how far it is now and then.
+fn watched<T: Send + 'static>(
+    threads: Option<usize>,
+    interrupted: &dyn Fn() -> Option<u8>,
+    mut look: impl FnMut((&'static str, f32)),
+    work: impl FnOnce(&Control) -> Result<T> + Send + 'static,
+) -> Result<T> {
     let control = Arc::new(Control::new());
     let (sender, receiver) = mpsc::channel();
-    let (worker_control, worker_job) = (Arc::clone(&control), job.clone());
-    thread::Builder::new()
-        .name("graphstipple".into())
-        .spawn(move || {
-            // Nobody listens any more after an interruption.
-            let _ = sender.send(make(&worker_job, &worker_control));
-        })
-        .map_err(|error| graphstipple_core::Error::Internal(format!("no thread can be started: {error}")))?;
-
-    let mut bar = Bar::new(!job.quiet);
+    let of_worker = Arc::clone(&control);
+    Pool::start(threads, move || {
+        // Nobody listens any more after an interruption.
+        let _ = sender.send(work(&of_worker));
+    });
     loop {
-        match receiver.recv_timeout(POLL) {
-            Ok(_) | Err(RecvTimeoutError::Timeout) if interrupted() => {
-                control.cancel();
-                return Err(Error::Interrupted);
-            }
-            Ok(made) => return made,
-            Err(RecvTimeoutError::Timeout) => bar.show(control.progress()),
+        let received = receiver.recv_timeout(POLL);
+        if let Some(code) = interrupted() {
+            control.cancel();
+            return Err(Error::Interrupted(code));
+        }
+        match received {
+            Ok(done) => return done,
+            Err(RecvTimeoutError::Timeout) => look(control.progress()),
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(graphstipple_core::Error::Internal("the worker stopped without a result".into()).into());
             }

@@ -1,7 +1,12 @@
 //! The stages, each callable alone, and the data that they hand to one another; in the order of the data.
+//!
+//! A stage that works in parallel does so in the pool of threads that it is called in, as rayon's own functions do: [`Pool`] gives one.
+//! [`draw`](crate::draw) and what reads and writes files make their own where there is none.
 
 // What all stages share: the geometry of the canvas, inks and colours.
 pub use crate::base::{Color, Ink, Side, nearest, signed_area};
+// Threads that the stages work on.
+pub use crate::base::Pool;
 // What options hold.
 pub use crate::base::Checked;
 pub use crate::options::{

@@ -1,10 +1,12 @@
 //! Drawing a photo, reading a drawing again, and the drawing as an object.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use graphstipple_cli::files::{self, format_of_path};
+use graphstipple_cli::writing::Target;
 use graphstipple_core::stages::{Components, Graph, Ink, Labels, Source, TonedCells, Writer, draw_owned, named_length, raster};
 use graphstipple_core::{Drawing as CoreDrawing, Error, Field, Format, Outcome};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
@@ -14,6 +16,7 @@ use serde_json::{Map, Value as Json};
 
 use crate::options::{self, Options};
 use crate::photo::{Photo, Reading};
+use crate::watch::Watch;
 use crate::{arrays, errors, values, watch};
 
 /// Draw a photo with an importance: the name of a source, or a map.
@@ -29,7 +32,8 @@ pub(crate) fn draw(
 ) -> PyResult<Drawing> {
     let (photo, source, options) = (photo.photo.clone(), source(importance)?, options.checked.clone());
     let reading = reading.reading.clone();
-    let (outcome, warning) = watch::run(py, progress, errors::from_files, move |control| {
+    let watch = Watch { threads: options.threads, progress };
+    let (outcome, warning) = watch::run(py, watch, errors::from_files, move |control| {
         let mut seconds = BTreeMap::new();
         let evaluated = files::evaluate(source, photo.luma(), &reading, &mut seconds, control)?;
         let mut outcome = draw_owned(photo, evaluated.importance, &options, control)?;
@@ -50,10 +54,37 @@ pub(crate) fn source(given: &Bound<'_, PyAny>) -> PyResult<Source> {
 /// Read a drawing from a file that graphstipple wrote; its suffix says the format.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
-    let drawing = watch::run(py, None, errors::from_files, move |control| files::load(&path, control))?;
-    let stats = counts(&drawing);
+    let (drawing, stats) = watch::run(py, Watch::on(None), errors::from_files, move |control| {
+        let drawing = files::load(&path, control)?;
+        let stats = counts(&drawing);
+        Ok((drawing, stats))
+    })?;
     Ok(Drawing { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: None })
 }
+
+/// A drawing of what [`Drawing::packed`] gave.
+#[pyfunction]
+pub(crate) fn unpacked(py: Python<'_>, json: Vec<u8>, stats: &str, warnings: Vec<String>) -> PyResult<Drawing> {
+    let damaged = |what: &dyn Display| errors::invalid(format!("the pickled drawing is damaged: {what}"));
+    let stats = serde_json::from_str(stats).ok().filter(are_stats).ok_or_else(|| damaged(&"its stats are no numbers by name"))?;
+    let format = Format::of_suffix(PACKED).map_err(errors::from_core)?;
+    let drawing = watch::run(py, Watch::on(None), errors::from_core, move |control| {
+        // What is wrong with it is no error of whoever waits.
+        Ok(graphstipple_core::load(&json, format, control))
+    })?;
+    Ok(Drawing { drawing: Arc::new(drawing.map_err(|error| damaged(&error))?), stats, warnings, stages: None })
+}
+
+/// Whether a table has numbers, words and nothing by name, and tables of them.
+fn are_stats(table: &Map<String, Json>) -> bool {
+    table.iter().all(|(name, value)| match value {
+        Json::Object(seconds) => name == "seconds" && seconds.values().all(Json::is_number),
+        value => name != "seconds" && !value.is_array(),
+    })
+}
+
+/// The suffix of the format in which a drawing is packed.
+const PACKED: &str = "json";
 
 /// What `draw` and `load` make: `graphstipple.Drawing` wraps it.
 #[pyclass(frozen, module = "graphstipple._core")]
@@ -138,7 +169,7 @@ impl Drawing {
     fn encode<'py>(&self, py: Python<'py>, suffix: &str, settings: &Bound<'_, PyDict>) -> PyResult<Bound<'py, PyBytes>> {
         let writer = writer(Format::of_suffix(suffix).map_err(errors::from_core)?, settings)?;
         let drawing = Arc::clone(&self.drawing);
-        let bytes = watch::run_core(py, move |_| writer.write(&drawing))?;
+        let bytes = watch::run_core(py, None, move |_| writer.write(&drawing))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -146,17 +177,24 @@ impl Drawing {
     #[pyo3(signature = (width=None))]
     fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>) -> PyResult<Bound<'py, PyArray2<u8>>> {
         let drawing = Arc::clone(&self.drawing);
-        let raster = watch::run_core(py, move |_| raster::rasterize(&drawing, width))?;
+        let raster = watch::run_core(py, None, move |_| raster::rasterize(&drawing, width))?;
         arrays::from_rows(py, [raster.height, raster.width], raster.values)
     }
 
-    /// Write the drawing to a file, whole or not at all, with settings by name; its suffix says the format. Returns a sentence for
-    /// whoever wrote it, if there is something to say.
-    // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
-    fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>) -> PyResult<Option<String>> {
+    /// Write the drawing to a file, whole or not at all, with settings by name; its suffix says the format. A file that is read-only is
+    /// overwritten by `force`. Returns a sentence for whoever wrote it, if there is something to say.
+    fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>, force: bool) -> PyResult<Option<String>> {
         let writer = writer(format_of_path(&path).map_err(errors::from_files)?, settings)?;
-        py.detach(|| files::save(&self.drawing, &path, &writer)).map_err(errors::from_files)?;
-        Ok(writer.warning(&self.drawing))
+        let target = Target::find(&path, force).map_err(errors::from_files)?;
+        let drawing = Arc::clone(&self.drawing);
+        let (bytes, warning) = watch::run_core(py, None, move |_| Ok((writer.write(&drawing)?, writer.warning(&drawing))))?;
+        if target.is_stream() {
+            watch::run(py, Watch::on(Some(1)), errors::from_files, move |_| target.write(&bytes))?;
+        } else {
+            // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
+            py.detach(|| target.write(&bytes)).map_err(errors::from_files)?;
+        }
+        Ok(warning)
     }
 
     /// The drawing with no dot smaller than this radius, a length, at the size that the settings say.
@@ -165,13 +203,22 @@ impl Drawing {
         // Sizes are the same on all paper.
         let writer = writer(Format::ALL[0], settings)?;
         let drawing = Arc::clone(&self.drawing);
-        let (drawing, changes) =
-            watch::run_core(py, move |_| drawing.with_least_radius(writer.least_radius(least, drawing.width, drawing.height)?))?;
+        let (drawing, changes, counts) = watch::run_core(py, None, move |_| {
+            let (drawing, changes) = drawing.with_least_radius(writer.least_radius(least, drawing.width, drawing.height)?)?;
+            let counts = counts(&drawing);
+            Ok((drawing, changes, counts))
+        })?;
         let mut stats = self.stats.clone();
-        stats.extend(counts(&drawing));
+        stats.extend(counts);
         stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
         stats.insert("dots_dropped".to_owned(), changes.dropped.into());
         Ok(Self { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: self.stages.clone() })
+    }
+
+    /// What [`unpacked`] makes the drawing of again, without what its stages made: a JSON file, the stats and the warnings.
+    fn packed<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyBytes>, String, Vec<String>)> {
+        let json = self.encode(py, PACKED, &PyDict::new(py))?;
+        Ok((json, serde_json::to_string(&self.stats).map_err(internal)?, self.warnings.clone()))
     }
 
     /// Sentences for whoever drew it, if there is something to say.
@@ -220,7 +267,7 @@ impl Drawing {
     /// All areas of an ink (0 black, 1 white) as polygons: its regions, then its dots.
     fn polygons<'py>(&self, py: Python<'py>, ink: u8) -> PyResult<PolygonArrays<'py>> {
         let drawing = Arc::clone(&self.drawing);
-        let polygons = watch::run_core(py, move |_| Ok(Polygons::of(&drawing, Ink::of_label(ink))))?;
+        let polygons = watch::run_core(py, None, move |_| Ok(Polygons::of(&drawing, Ink::of_label(ink))))?;
         Ok((
             arrays::from_pairs(py, polygons.points)?,
             polygons.ring_of_point.into_pyarray(py),
@@ -246,7 +293,7 @@ impl Drawing {
         let Some(stages) = &self.stages else { return Ok(None) };
         let (importance, factor) = (Arc::clone(&stages.importance), stages.factor);
         let (width, height) = (self.drawing.width, self.drawing.height);
-        let field = watch::run_core(py, move |_| importance.on_canvas(width, height, factor))?;
+        let field = watch::run_core(py, None, move |_| importance.on_canvas(width, height, factor))?;
         arrays::from_field(py, field).map(Some)
     }
 }

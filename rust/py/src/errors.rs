@@ -38,7 +38,7 @@ pub(crate) fn from_files(error: graphstipple_cli::Error) -> PyErr {
     match error {
         Error::Core(error) => from_core(error),
         Error::Usage(_) => classes::InvalidInputError::new_err(message),
-        Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+        Error::Interrupted(_) => PyKeyboardInterrupt::new_err(()),
         Error::File { path, source } if is_missing(&path, &source) => classes::ImageFileNotFoundError::new_err(message),
         _ => classes::ImageFileError::new_err(message),
     }

@@ -22,7 +22,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use crate::drawing::{Drawing, draw, load};
+    use crate::drawing::{Drawing, draw, load, unpacked};
     #[pymodule_export]
     use crate::options::{Options, formats, of_preset, options_schema, presets, settings, sources};
     #[pymodule_export]

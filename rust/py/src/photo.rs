@@ -3,13 +3,18 @@
 use std::path::PathBuf;
 
 use graphstipple_cli::files;
-use graphstipple_core::stages::{self as core, PhotoBuilder, Samples, Tags, fine_grained};
+use graphstipple_core::stages::{self as core, PhotoBuilder, Pool, Samples, Tags, fine_grained};
 use graphstipple_core::{Control, Photo as CorePhoto};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 
 use crate::options::Options;
+use crate::watch::Watch;
 use crate::{arrays, errors, watch};
+
+/// Luma, size of the canvas and factor of a photo.
+type PackedPhoto<'py> = (Bound<'py, PyArray2<f32>>, (usize, usize), usize);
 
 /// A photo or a map that was read, with the size of its canvas.
 #[pyclass(frozen, module = "graphstipple._core")]
@@ -19,6 +24,19 @@ pub(crate) struct Photo {
 
 #[pymethods]
 impl Photo {
+    /// A photo of luma (height, width) that was reduced by a factor from a canvas of this width and height.
+    #[new]
+    fn new(luma: PyReadonlyArray2<'_, f32>, size: (usize, usize), factor: usize) -> PyResult<Self> {
+        let photo = CorePhoto::of_reduced(arrays::field(&luma)?, size.0, size.1, factor).map_err(errors::from_core)?;
+        Ok(Self { photo })
+    }
+
+    /// What a pickle has of it.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, PackedPhoto<'py>)> {
+        let photo = slf.get();
+        Ok((slf.get_type(), (photo.luma(slf.py())?, photo.size(), photo.factor())))
+    }
+
     /// A copy of the luma that is drawn, (height, width) in [0, 1].
     #[getter]
     fn luma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -59,16 +77,22 @@ impl Reading {
     }
 }
 
+/// How many threads read.
+pub(crate) fn threads_of(reading: &core::Reading) -> Option<usize> {
+    reading.options.as_ref().and_then(|options| options.threads)
+}
+
 /// An image file, what is to be said of it, and what decoded it.
 #[pyfunction]
 pub(crate) fn read_photo(py: Python<'_>, path: PathBuf, reading: &Reading) -> PyResult<(Photo, Option<String>, String)> {
-    let reading = reading.reading.clone();
+    let said = reading.reading.clone();
     let read = move |control: &_| {
-        let decoded = files::read_photo(&path, &reading, control)?;
+        let decoded = files::read_photo(&path, &said, control)?;
         let warning = decoded.warning.map(|warning| files::told(&path, &warning));
         Ok((Photo { photo: decoded.photo }, warning, decoded.decoder))
     };
-    watch::run(py, None, errors::from_files, read)
+    let threads = threads_of(&reading.reading);
+    watch::run(py, Watch::on(threads), errors::from_files, read)
 }
 
 /// What the file of an image said of its samples: whether they are inks, an embedded profile, PNG's gamma and chromaticities (white,
@@ -108,12 +132,14 @@ fn built<T: Element + Copy + Sync>(
     let size = [width, height, channels];
     let mut builder = PhotoBuilder::new(size, samples(&[]), tags, reading, &control).map_err(errors::from_core)?;
     let rows = (COPIED / (width * channels).max(1)).max(1);
+    let pool = Pool::new(threads_of(reading));
     for band in all.chunks((rows * width * channels).max(1)) {
         let band = band.to_vec();
-        py.detach(|| builder.take(samples(&band))).map_err(errors::from_core)?;
+        py.detach(|| pool.run(|| builder.take(samples(&band)))).map_err(errors::from_core)?;
         py.check_signals()?;
     }
-    Ok(Photo { photo: builder.finish().map_err(errors::from_core)? })
+    let photo = py.detach(|| pool.run(|| builder.finish())).map_err(errors::from_core)?;
+    Ok(Photo { photo })
 }
 
 /// The tone of luma, (height, width) in [0, 1], adjusted as the options say.
@@ -125,7 +151,7 @@ pub(crate) fn adjust<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options.checked.clone();
     let field = arrays::field(&luma)?;
-    let tone = watch::run_core(py, move |_| core::adjust(&field, &options))?;
+    let tone = watch::run_core(py, options.threads, move |_| core::adjust(&field, &options))?;
     arrays::from_field(py, tone)
 }
 
@@ -134,13 +160,13 @@ pub(crate) fn adjust<'py>(
 pub(crate) fn luma_to_u8<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -> PyResult<Bound<'py, PyArray2<u8>>> {
     let field = arrays::field(&luma)?;
     let shape = [field.height(), field.width()];
-    arrays::from_rows(py, shape, py.detach(|| core::luma_to_u8(&field)))
+    arrays::from_rows(py, shape, watch::run_core(py, None, move |_| Ok(core::luma_to_u8(&field)))?)
 }
 
 /// The core's own fine-grained saliency of luma, (height, width) in [0, 1].
 #[pyfunction]
 pub(crate) fn saliency<'py>(py: Python<'py>, luma: PyReadonlyArray2<'py, f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let field = arrays::field(&luma)?;
-    let map = watch::run_core(py, move |_| Ok(fine_grained(&core::luma_to_u8(&field), field.width(), field.height())))?;
+    let map = watch::run_core(py, None, move |_| Ok(fine_grained(&core::luma_to_u8(&field), field.width(), field.height())))?;
     arrays::from_field(py, map)
 }

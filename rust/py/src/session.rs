@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use graphstipple_cli::files;
-use graphstipple_core::{Importance, Photo as CorePhoto, Session as CoreSession};
+use graphstipple_core::{Importance, Options as CoreOptions, Photo as CorePhoto, Session as CoreSession};
 use pyo3::prelude::*;
 
 use crate::drawing::{Drawing, source};
 use crate::options::Options;
-use crate::photo::{Photo, Reading};
+use crate::photo::{Photo, Reading, threads_of};
+use crate::watch::Watch;
 use crate::{errors, watch};
 
 /// A photo and its importance, with what the last drawing of them left: `graphstipple.Session` wraps it.
@@ -36,7 +37,7 @@ impl Session {
     fn new(py: Python<'_>, photo: &Photo, importance: &Bound<'_, PyAny>, reading: &Reading) -> PyResult<Self> {
         let (photo, source, reading) = (photo.photo.clone(), source(importance)?, reading.reading.clone());
         let background = reading.background;
-        let (session, seconds, warning) = watch::run(py, None, errors::from_files, move |control| {
+        let (session, seconds, warning) = watch::run(py, Watch::on(threads_of(&reading)), errors::from_files, move |control| {
             let mut seconds = BTreeMap::new();
             let evaluated = files::evaluate(source, photo.luma(), &reading, &mut seconds, control)?;
             Ok((CoreSession::new(photo, evaluated.importance), seconds, evaluated.warning))
@@ -45,6 +46,15 @@ impl Session {
         let read = std::iter::once(session.photo()).chain(map).cloned().collect();
         let name = session.importance().name();
         Ok(Self { background, read, importance: name, seconds, warning, session: Arc::new(Mutex::new(session)) })
+    }
+
+    /// What the session can be begun with again: the photo, the importance (a map, or its name) and the background.
+    fn packed<'py>(&self, py: Python<'py>) -> PyResult<(Photo, Bound<'py, PyAny>, [u8; 3])> {
+        let importance = match &self.read[..] {
+            [_, map] => Bound::new(py, Photo { photo: map.clone() })?.into_any(),
+            _ => self.importance.as_str().into_pyobject(py)?.into_any(),
+        };
+        Ok((Photo { photo: self.read[0].clone() }, importance, self.background))
     }
 
     /// Width and height of the canvas in pixels.
@@ -76,12 +86,21 @@ impl Session {
         self.warning.as_deref()
     }
 
+    /// Whether no options would have the photo or the map reduced.
+    #[getter]
+    fn is_never_reduced(&self) -> bool {
+        // Nothing is reduced by more than for the fewest nodes.
+        let fewest = CoreOptions { nodes: Some(3), ..CoreOptions::default() };
+        self.read.iter().all(|photo| fewest.reduction(photo.width(), photo.height()) == 1)
+    }
+
     /// Draw with the options, from where they begin to differ from the last ones.
     #[pyo3(signature = (options, progress=None))]
     fn draw(&self, py: Python<'_>, options: &Options, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Drawing> {
         let options = options.checked.clone();
         let session = Arc::clone(&self.session);
-        let outcome = watch::run(py, progress, errors::from_core, move |control| {
+        let watch = Watch { threads: options.threads, progress };
+        let outcome = watch::run(py, watch, errors::from_core, move |control| {
             // A worker that panicked left whole results only, as one that was cancelled does.
             let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
             session.draw(&options, control)

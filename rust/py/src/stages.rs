@@ -22,7 +22,7 @@ type CellArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bo
 #[pyfunction]
 pub(crate) fn lattice<'py>(py: Python<'py>, width: usize, height: usize, options: &Options) -> PyResult<GraphArrays<'py>> {
     let options = options.checked.clone();
-    let (sites, edges) = watch::run_core(py, move |_| {
+    let (sites, edges) = watch::run_core(py, options.threads, move |_| {
         let density = options.budget(width as f64 * height as f64).density;
         let graph = Lattice::new(options.published.lattice, width, height, density)?.to_graph();
         let edges: Vec<[u32; 2]> = graph.edges().collect();
@@ -45,7 +45,7 @@ pub(crate) fn emphasize<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options.checked.clone();
     let tone = arrays::field(&tone)?;
-    let emphasized = watch::run_core(py, move |_| Ok(core::emphasize(&tone, spacing(&tone, &options), &options)))?;
+    let emphasized = watch::run_core(py, options.threads, move |_| Ok(core::emphasize(&tone, spacing(&tone, &options), &options)))?;
     arrays::from_field(py, emphasized)
 }
 
@@ -60,7 +60,7 @@ pub(crate) fn mixed_importance<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let options = options.checked.clone();
     let (tone, map) = (arrays::field(&tone)?, arrays::field(&given)?);
-    let mixed = watch::run_core(py, move |_| {
+    let mixed = watch::run_core(py, options.threads, move |_| {
         let spacing = spacing(&tone, &options);
         let emphasized = core::emphasize(&tone, spacing, &options);
         let importance = if is_factor { Importance::Map(Photo::new(map)) } else { Importance::saliency(map) };
@@ -78,7 +78,7 @@ pub(crate) fn lattice_labels<'py>(
 ) -> PyResult<LabelArrays<'py>> {
     let options = options.checked.clone();
     let importance = arrays::field(&importance)?;
-    let first = watch::run_core(py, move |control| core::first_graph(&importance, &options, control))?;
+    let first = watch::run_core(py, options.threads, move |control| core::first_graph(&importance, &options, control))?;
     Ok((arrays::from_pairs(py, first.lattice.sites())?, first.labels.into_pyarray(py), first.factor))
 }
 
@@ -100,7 +100,8 @@ pub(crate) fn cells<'py>(
 ) -> PyResult<CellArrays<'py>> {
     let sites = arrays::pairs("sites", &sites)?;
     let field = field.as_ref().map(arrays::field).transpose()?;
-    let cells = watch::run_core(py, move |control| core::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
+    let cells =
+        watch::run_core(py, None, move |control| core::cells(&sites, width, height, samples_per_pixel, field.as_ref(), control))?;
     Ok((
         cells.areas.into_pyarray(py),
         arrays::from_pairs(py, cells.centroids)?,
@@ -119,7 +120,7 @@ pub(crate) fn owners<'py>(
     samples_per_pixel: usize,
 ) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let owners = watch::run_core(py, move |control| core::owners(&sites, width, height, samples_per_pixel, control))?;
+    let owners = watch::run_core(py, None, move |control| core::owners(&sites, width, height, samples_per_pixel, control))?;
     arrays::from_rows(py, [height * samples_per_pixel, width * samples_per_pixel], owners)
 }
 
@@ -134,7 +135,7 @@ pub(crate) fn relax<'py>(
     samples_per_pixel: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let relaxed = watch::run_core(py, move |control| core::relax(sites, width, height, steps, samples_per_pixel, control))?;
+    let relaxed = watch::run_core(py, None, move |control| core::relax(sites, width, height, steps, samples_per_pixel, control))?;
     arrays::from_pairs(py, relaxed)
 }
 
@@ -147,7 +148,7 @@ pub(crate) fn triangulate<'py>(
     height: usize,
 ) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let sites = arrays::pairs("sites", &sites)?;
-    let edges = watch::run_core(py, move |control| {
+    let edges = watch::run_core(py, None, move |control| {
         Ok(core::triangulate(sites, width, height, control)?.graph.edges().collect::<Vec<_>>())
     })?;
     arrays::from_pairs(py, edges)
@@ -166,7 +167,7 @@ pub(crate) fn diffuse<'py>(
     let parameters = Diffusion::of_tone(&options.checked);
     let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
     let (values, areas) = (arrays::values(&values), areas.as_ref().map(arrays::values));
-    let labels = watch::run_core(py, move |control| {
+    let labels = watch::run_core(py, options.checked.threads, move |control| {
         core::diffuse(&Graph::from_edges(sites, &edges)?, &values, areas.as_deref(), &parameters, control)
     })?;
     Ok(labels.into_pyarray(py))
@@ -186,7 +187,7 @@ fn relabelled<'py>(
     stage: impl FnOnce(&Graph, &[f32], &mut [u8]) -> graphstipple_core::Result<()> + Send + 'static,
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
     let (edges, tones, mut labels) = (arrays::pairs("edges", edges)?, arrays::values(tones), arrays::values(labels));
-    let labels = watch::run_core(py, move |_| {
+    let labels = watch::run_core(py, None, move |_| {
         stage(&graph_anywhere(labels.len(), &edges)?, &tones, &mut labels)?;
         Ok(labels)
     })?;
@@ -208,7 +209,7 @@ pub(crate) fn refine<'py>(
     let parameters = Refinement::of(&options.checked, mean);
     let (edges, tones, areas) = (arrays::pairs("edges", &edges)?, arrays::values(&tones), arrays::values(&areas));
     let (mut labels, grounds) = (arrays::values(&labels), grounds.as_ref().map(arrays::values));
-    let (labels, shift) = watch::run_core(py, move |control| {
+    let (labels, shift) = watch::run_core(py, options.checked.threads, move |control| {
         let graph = graph_anywhere(labels.len(), &edges)?;
         let shift = core::refine(&graph, &tones, &areas, grounds.as_deref(), &mut labels, &parameters, control)?;
         Ok((labels, shift))
@@ -240,7 +241,9 @@ pub(crate) fn grounds<'py>(
     let stippling = options.checked.stippling;
     let (sites, edges) = (arrays::pairs("sites", &sites)?, arrays::pairs("edges", &edges)?);
     let tones = arrays::values(&tones);
-    let grounds = watch::run_core(py, move |_| core::grounds(&Graph::from_edges(sites, &edges)?, &tones, stippling))?;
+    let grounds = watch::run_core(py, options.checked.threads, move |_| {
+        core::grounds(&Graph::from_edges(sites, &edges)?, &tones, stippling)
+    })?;
     Ok(grounds.into_pyarray(py))
 }
 
@@ -272,7 +275,7 @@ pub(crate) fn stipple<'py>(
     let sites = arrays::pairs("sites", &sites)?;
     let (grounds, tones) = (arrays::values(&grounds), arrays::values(&tones));
     let (areas, labels) = (arrays::values(&areas), arrays::values(&labels));
-    let Stippled { labels, marks } = watch::run_core(py, move |control| {
+    let Stippled { labels, marks } = watch::run_core(py, None, move |control| {
         let triangulation = core::triangulate(sites, size.0, size.1, control)?;
         core::stipple(&triangulation, &grounds, &tones, &areas, &labels, size, control)
     })?;
@@ -287,7 +290,7 @@ pub(crate) fn components<'py>(
     labels: PyReadonlyArray1<'py, u8>,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let (edges, labels) = (arrays::pairs("edges", &edges)?, arrays::values(&labels));
-    let ids = watch::run_core(py, move |_| {
+    let ids = watch::run_core(py, None, move |_| {
         let graph = graph_anywhere(labels.len(), &edges)?;
         Ok(core::components(&graph, &labels).ids)
     })?;
@@ -313,7 +316,7 @@ pub(crate) fn outline<'py>(
     if sites.len() != labels.len() {
         return Err(errors::invalid(format!("there are {} labels for {} sites", labels.len(), sites.len())));
     }
-    let drawing = watch::run_core(py, move |control| {
+    let drawing = watch::run_core(py, options.threads, move |control| {
         let triangulation = core::triangulate(sites, size.0, size.1, control)?;
         let components = core::components(&triangulation.graph, &labels);
         let shaping = Shaping::of(&options);

@@ -1,4 +1,4 @@
-//! What every folder stands on: errors, progress, pseudo-random numbers, colours, inks, and the geometry of the plane.
+//! What every folder stands on: errors, progress, threads, pseudo-random numbers, colours, inks, and the geometry of the plane.
 //! In: numbers and words; out: numbers, errors and progress, nothing of photos, graphs or drawings. Source: our own.
 
 mod checked;
@@ -10,6 +10,7 @@ mod nearest;
 mod noise;
 mod paths;
 mod plane;
+mod pool;
 
 pub use checked::Checked;
 pub use colour::Color;
@@ -27,3 +28,4 @@ pub(crate) use paths::{
 };
 pub(crate) use plane::{Frame, Place, distance_to_segment};
 pub use plane::{Side, signed_area};
+pub use pool::Pool;

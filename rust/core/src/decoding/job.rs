@@ -19,9 +19,9 @@ pub const MAX_PIXELS: u64 = 250_000_000;
 pub const MAX_FILE_BYTES: u64 = 2 << 30;
 
 /// Bytes of an image file that can be looked into: a file, or bytes in memory.
-pub trait Source: BufRead + Seek {}
+pub trait Source: BufRead + Seek + Send {}
 
-impl<T: BufRead + Seek> Source for T {}
+impl<T: BufRead + Seek + Send> Source for T {}
 
 /// How a photo is read.
 #[derive(Debug, Clone)]

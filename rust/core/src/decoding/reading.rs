@@ -5,7 +5,7 @@ use std::io::Read;
 use super::job::{Job, Reading, Source, all_bytes};
 use super::kinds::{Container, HEAD, kind_of};
 use super::{jpeg, png, tiff, webp};
-use crate::base::{Control, Error, Result};
+use crate::base::{Control, Error, Pool, Result};
 use crate::photo::Photo;
 
 /// What is said to have decoded what is decoded here.
@@ -32,6 +32,11 @@ pub struct Decoded {
 /// [`Error::Unsupported`] for a format or a feature that is not read, [`Error::Decode`] for what is no image, is too large,
 /// damaged or cut short, [`Error::Input`] for a float sample outside [0, 1], [`Error::Cancelled`].
 pub fn decode(source: &mut dyn Source, reading: &Reading, control: &Control) -> Result<Decoded> {
+    let threads = reading.options.as_ref().and_then(|options| options.threads);
+    Pool::new(threads).run(|| decode_here(source, reading, control))
+}
+
+fn decode_here(source: &mut dyn Source, reading: &Reading, control: &Control) -> Result<Decoded> {
     let failed = |error: std::io::Error| Error::Decode(format!("the file cannot be read: {error}"));
     let mut head = Vec::new();
     source.rewind().map_err(failed)?;

@@ -15,7 +15,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::base::{Checked, Error, Ink, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area};
+use crate::base::{
+    Checked, Error, Ink, Pool, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area,
+};
 use crate::options::Options;
 use crate::outlines::Stipple;
 
@@ -254,7 +256,8 @@ impl Drawing {
         let black = self.regions.iter().filter(|region| region.ink == Ink::Black);
         let corners = black.flat_map(|region| &region.exterior.parts).filter(|part| matches!(part, RingPart::Corner(..))).count();
         let (mut anchors, mut coordinates) = (self.stipples.len() + corners, self.stipples.len() + corners);
-        let of_curves = self.curves.par_iter().map(count_points).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let add = |a: (usize, usize), b: (usize, usize)| (a.0 + b.0, a.1 + b.1);
+        let of_curves = Pool::new(None).run(|| self.curves.par_iter().map(count_points).reduce(|| (0, 0), add));
         anchors += of_curves.0;
         coordinates += of_curves.1;
         (anchors, coordinates)

@@ -3,7 +3,7 @@
 use kurbo::Point;
 use serde::Serialize;
 
-use crate::base::{Error, POLYGON_REACH, Result, distance_to_segment, flattened_edges};
+use crate::base::{Error, POLYGON_REACH, Pool, Result, distance_to_segment, flattened_edges};
 use crate::drawing::data::Drawing;
 use crate::outlines::Stipple;
 
@@ -70,7 +70,7 @@ impl Drawing {
                 changes.dropped += 1;
             }
         }
-        Ok((self.with_dots(&stipples)?, changes))
+        Ok((Pool::new(None).run(|| self.with_dots(&stipples))?, changes))
     }
 }
 

@@ -23,7 +23,7 @@ mod svg;
 mod svgz;
 mod write_path;
 
-use crate::base::{Checked, Control, Error, Result, or_nearest};
+use crate::base::{Checked, Control, Error, Pool, Result, or_nearest};
 use crate::drawing::{Drawing, Ring, RingPart};
 
 pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
@@ -222,7 +222,7 @@ impl Writer {
     /// # Errors
     /// As [`Writer::check_size`].
     pub fn write(&self, drawing: &Drawing) -> Result<Vec<u8>> {
-        (self.format.write)(drawing, &self.export)
+        Pool::new(None).run(|| (self.format.write)(drawing, &self.export))
     }
 }
 
@@ -234,7 +234,7 @@ pub fn load(bytes: &[u8], format: Format, control: &Control) -> Result<Drawing> 
     let Some(read) = format.read else {
         return Err(Error::option("suffix", format!(".{}", format.suffix), Format::suffixes_to_load()));
     };
-    read(bytes, control)
+    Pool::new(None).run(|| read(bytes, control))
 }
 
 /// A file as text.

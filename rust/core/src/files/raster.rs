@@ -14,7 +14,7 @@ use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensi
 use rayon::prelude::*;
 use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
 
-use crate::base::{Error, Ink, Result};
+use crate::base::{Error, Ink, Pool, Result};
 use crate::drawing::{Drawing, Mark};
 use crate::files::export::Export;
 use crate::files::layers::colours;
@@ -60,7 +60,7 @@ pub struct Raster {
 /// A byte a pixel, about 8 bytes a point of the flattened outlines, and a band of pixels a thread.
 pub fn rasterize(drawing: &Drawing, width: Option<usize>) -> Result<Raster> {
     let (width, height) = size(drawing.width, drawing.height, width)?;
-    Ok(rasterize_to(drawing, width, height))
+    Ok(Pool::new(None).run(|| rasterize_to(drawing, width, height)))
 }
 
 fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {

@@ -4,7 +4,7 @@
 //! image files, which whoever asks reads: the core opens none.
 
 use super::{Importance, saliency};
-use crate::base::{Control, Error, Result, Step};
+use crate::base::{Control, Error, Pool, Result, Step};
 use crate::photo::{Field, Photo};
 
 /// Where the importance comes from.
@@ -102,7 +102,7 @@ impl Source {
     ) -> Result<Importance, E> {
         control.begin(Step::Saliency)?;
         Ok(match self {
-            Self::OfPhoto { name, make } => Importance::OfPhoto { name, map: make(luma) },
+            Self::OfPhoto { name, make } => Importance::OfPhoto { name, map: Pool::new(None).run(|| make(luma)) },
             Self::Constant(value) => Importance::Constant(value),
             Self::File(path) => Importance::Map(read(&path)?),
             Self::Map(map) => Importance::Map(map),

@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::base::{Checked, Control, Error, Result, Step};
+use crate::base::{Checked, Control, Pool, Result, Step};
 use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats, VERSION, assemble};
 use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
@@ -72,8 +72,8 @@ fn enlarged_areas(areas: &[f64], factor: usize) -> Cow<'_, [f64]> {
 /// Draws a photo, reduced as it is.
 ///
 /// # Errors
-/// [`Error::Input`] for an importance map or canvas that cannot be used, or more nodes than the lattice has,
-/// [`Error::Cancelled`] after [`Control::cancel`].
+/// [`Error::Input`](crate::Error::Input) for an importance map or canvas that cannot be used, or more nodes than the lattice has,
+/// [`Error::Cancelled`](crate::Error::Cancelled) after [`Control::cancel`].
 pub fn draw(photo: &Photo, importance: &Importance, options: &Checked<Options>, control: &Control) -> Result<Outcome> {
     draw_with(photo.clone(), Cow::Borrowed(importance), options, control, &mut Memory::new(false))
 }
@@ -97,10 +97,6 @@ pub(crate) fn draw_with(
     control: &Control,
     memory: &mut Memory,
 ) -> Result<Outcome> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| Error::Internal(format!("the worker threads did not start: {e}")))?;
     let provenance = Provenance {
         version: VERSION.to_owned(),
         importance: importance.name(),
@@ -119,7 +115,7 @@ pub(crate) fn draw_with(
         ..Stats::default()
     };
     let stages = Stages { control, began: Instant::now(), stats };
-    pool.install(|| run(photo, importance, &needs, provenance, stages, memory))
+    Pool::new(options.threads).run(|| run(photo, importance, &needs, provenance, stages, memory))
 }
 
 /// Times the stages and tells the control where the work is.
