@@ -204,7 +204,7 @@ def test_png_and_preview_are_the_raster(program, photos, tmp_path):
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize(
     "keywords",
-    [{}, {"width": "120mm", "margin": "5mm"}, {"style": "layered", "page": "A5"}, {"inks": "white", "width": 300}],
+    [{}, {"width": "120mm", "margin": "5mm"}, {"style": "layered", "page": "A5"}, {"inks": "white", "width": "300px"}],
     ids=["plain", "size", "layered", "white"],
 )
 def test_every_format_is_the_file_of_python(command, photos, tmp_path, suffix, keywords):
@@ -246,6 +246,9 @@ OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot"}
 OWN |= {"list-presets", "stats", "quiet", "help", "help-all", "version"}
 """Flags that only a command has, besides the options of a drawing and the settings of its file."""
 
+FURTHER = {"options-schema", "max-bytes", "max-points", "max-pixels", "allow-damaged", "completions", "man"}
+"""More of them, in the long help alone."""
+
 
 def kebab(names: Iterable[str]) -> set[str]:
     return {name.replace("_", "-") for name in names}
@@ -285,7 +288,7 @@ def test_help_is_short_and_shows_what_people_turn(program):
 def test_the_long_help_shows_everything(program):
     text = done(program, "--help-all", columns=80).stdout.decode()
     settings = {name for name, *_ in _core.settings()}
-    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | {"options-schema", "max-pixels", "allow-damaged"}
+    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | FURTHER
     for name, it in SCHEMA["published"]["properties"].items():
         assert f" {name}: {it['description'].rstrip('.')} [" in in_words(text), name
     for name, it in OPTIONS.items():
@@ -298,7 +301,7 @@ def test_the_long_help_shows_everything(program):
 
 
 def test_both_programs_give_the_same_help(command):
-    for flag in ("--help", "--help-all", "--options-schema", "--list-presets", "--version"):
+    for flag in ("--help", "--help-all", "--options-schema", "--list-presets", "--version", "--man"):
         assert done(command, flag).stdout == done(CONSOLE_SCRIPT, flag).stdout
 
 
