@@ -295,7 +295,7 @@ def test_no_hairline_shows_between_the_inks(program: str, scale: int, portrait: 
     if program == "resvg":
         assert with_underlay.max() <= 2
     else:
-        # Two shapes that share an edge do not cover a pixel of it by exactly one in Chromium: there are single pixels, and no lines.
+        # In Chromium two shapes that share an edge do not cover a pixel of it by exactly one: there are single pixels, no lines.
         assert (with_underlay > 2).mean() < 0.003
         assert (with_underlay > 12).mean() < 1e-4
     assert abs(with_underlay.mean()) < 0.5
