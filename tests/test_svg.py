@@ -126,7 +126,7 @@ def test_strokes_take_a_quarter_of_the_bytes(portrait: gs.Drawing) -> None:
         return sum(map(len, layers)) / len(portrait.stipples)
 
     assert per_dot(portrait.svg(style="layered")) > 45
-    assert per_dot(portrait.svg(style="layered", dots="strokes")) < 15
+    assert per_dot(portrait.svg(style="layered", dots="strokes")) < 17
 
 
 def painters() -> list[Any]:
@@ -149,17 +149,16 @@ def in_chromium(path: Path, width: int) -> Any:
 
 @pytest.mark.parametrize("paint", painters())
 @pytest.mark.parametrize("style", [{}, {"style": "layered"}], ids=["flat", "layered"])
-def test_strokes_look_like_circles(
+def test_strokes_look_like_dots(
     portrait: gs.Drawing, paint: Callable[[Path, int], Any], style: dict[str, Any], tmp_path: Path
 ) -> None:
-    pictures = []
-    for dots in ("circles", "strokes"):
-        portrait.save(tmp_path / f"{dots}.svg", width=256, dots=dots, **style)  # type: ignore[arg-type]
-        pictures.append(paint(tmp_path / f"{dots}.svg", 1024).astype(float) / 255)
-    assert pictures[0].shape == pictures[1].shape == (1024, 1024)
-    assert abs(pictures[0].mean() - pictures[1].mean()) < 0.002
+    portrait.save(tmp_path / "strokes.svg", width=256, dots="strokes", **style)
+    theirs = paint(tmp_path / "strokes.svg", 1024).astype(float) / 255
+    ours = portrait.rasterize(1024) / 255
+    assert theirs.shape == ours.shape == (1024, 1024)
+    assert abs(theirs.mean() - ours.mean()) < 0.002
     # No dot is missing anywhere: means of 32 x 32 pixels.
-    means = [picture.reshape(32, 32, 32, 32).mean(axis=(1, 3)) for picture in pictures]
+    means = [picture.reshape(32, 32, 32, 32).mean(axis=(1, 3)) for picture in (theirs, ours)]
     assert np.abs(means[0] - means[1]).max() < 0.02
 
 
@@ -263,11 +262,14 @@ def test_an_empty_canvas_reads_back(value: int, style: dict[str, Any], tmp_path:
     assert same(gs.load(tmp_path / "drawing.svg"), drawing)
 
 
-def hairlines(paint: Callable[[str, int, int], Any], drawing: gs.Drawing, scale: float) -> int:
-    """Return by how much both inks are lighter anywhere than black alone on white."""
-    width, height = round(scale * drawing.width), round(scale * drawing.height)
-    black, both = (paint(drawing.svg(inks=inks), width, height).astype(int) for inks in ("black", "both"))
-    return int(np.abs(both - black).max())
+def lighter(paint: Callable[[str, int, int], Any], drawing: gs.Drawing, scale: int) -> tuple[Any, Any]:
+    """Return by how much every pixel of both inks is lighter than black alone on white: as it is, and without the underlay."""
+    width, height = scale * drawing.width, scale * drawing.height
+    document = drawing.svg(inks="both")
+    bare = re.sub(r'<g id="underlay".*?</g>', "", document, flags=re.S)
+    assert bare != document
+    black, with_underlay, without = (paint(svg, width, height).astype(int) for svg in (drawing.svg(), document, bare))
+    return with_underlay - black, without - black
 
 
 def by_resvg(document: str, width: int, height: int) -> Any:
@@ -286,11 +288,17 @@ def in_browser() -> Iterator[Callable[[str, int, int], Any]]:
 
 @pytest.mark.parametrize("scale", [1, 2, 3])
 @pytest.mark.parametrize("program", ["resvg", "Chromium"])
-def test_no_hairline_shows_between_the_inks(
-    program: str, scale: float, portrait: gs.Drawing, request: pytest.FixtureRequest
-) -> None:
+def test_no_hairline_shows_between_the_inks(program: str, scale: int, portrait: gs.Drawing, request: pytest.FixtureRequest) -> None:
     paint = by_resvg if program == "resvg" else request.getfixturevalue("in_browser")
-    assert hairlines(paint, portrait, scale) <= 2
+    with_underlay, without = lighter(paint, portrait, scale)
+    assert (without > 12).mean() > 0.1
+    if program == "resvg":
+        assert with_underlay.max() <= 2
+    else:
+        # In Chromium two shapes that share an edge do not cover a pixel of it by exactly one: there are single pixels, no lines.
+        assert (with_underlay > 2).mean() < 0.003
+        assert (with_underlay > 12).mean() < 1e-4
+    assert abs(with_underlay.mean()) < 0.5
 
 
 def test_a_paper_of_the_ink_is_refused(portrait: gs.Drawing, tmp_path: Path) -> None:

@@ -242,7 +242,7 @@ class Drawing:
             for a region, which drawing programs pick one by one. Their ids have the numbers of `stipples` and `regions`:
             "white-stipple-7" is `stipples[7]`, "black-region-12" is `regions[12]`.
         dots : {"circles", "strokes"}
-            What the dots of an SVG are: circles, or short strokes with round caps, which take a quarter of the bytes. Radii are
+            What the dots of an SVG are: circles, or short strokes with round caps, which take a fifth of the bytes. Radii are
             rounded for that, by less than 1.6 per cent, without loss of ink; a file has the rounded ones, and so has what `load`
             makes of it.
         curves : {"polylines", "splines"}

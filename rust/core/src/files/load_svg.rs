@@ -561,7 +561,7 @@ mod tests {
             let name = attribute.split('=').next().unwrap();
             let rule = format!("has an attribute {name} that may change how it looks");
             for (export, element) in [(marks(), "<path"), (marks(), "<circle"), (marks(), "<g"), (layered(), "<rect")] {
-                let message = changed(&export, element, &format!("{element} {attribute}"));
+                let message = changed(&export, &format!("{element} "), &format!("{element} {attribute} "));
                 assert!(message.ends_with(&rule) && message.starts_with(&format!("the element {element}")), "{message}");
             }
         }
@@ -605,7 +605,7 @@ mod tests {
         let drawing = to_svg(&drawing(), &Export { elements: Elements::Marks, ..both() }).unwrap();
         let white = drawing.split("<g id=\"white-regions\"").nth(1).unwrap();
         for to in ["m1 1h2v3z", ""] {
-            let circle = &white[white.find("a").and_then(|_| white.find("d=\"")).unwrap() + 3..];
+            let circle = &white[white.find(" d=\"").unwrap() + 4..];
             let data = circle.split('"').next().unwrap();
             let expected = "its white layers are not what the black ones leave";
             assert_eq!(told(&drawing.replacen(data, to, 1)), expected);
