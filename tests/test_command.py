@@ -285,7 +285,7 @@ def test_help_is_short_and_shows_what_people_turn(program):
 def test_the_long_help_shows_everything(program):
     text = done(program, "--help-all", columns=80).stdout.decode()
     settings = {name for name, *_ in _core.settings()}
-    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | {"options-schema", "max-pixels", "allow-damaged"}
+    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | {"options-schema", "max-pixels", "allow-damaged", "force"}
     for name, it in SCHEMA["published"]["properties"].items():
         assert f" {name}: {it['description'].rstrip('.')} [" in in_words(text), name
     for name, it in OPTIONS.items():
