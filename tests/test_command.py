@@ -246,7 +246,7 @@ OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot"}
 OWN |= {"list-presets", "stats", "quiet", "help", "help-all", "version"}
 """Flags that only a command has, besides the options of a drawing and the settings of its file."""
 
-FURTHER = {"options-schema", "max-bytes", "max-points", "max-pixels", "allow-damaged", "completions", "man"}
+FURTHER = {"force", "options-schema", "max-bytes", "max-points", "max-pixels", "allow-damaged", "completions", "man"}
 """More of them, in the long help alone."""
 
 

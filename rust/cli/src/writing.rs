@@ -8,7 +8,7 @@
 use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 use graphstipple_core::Drawing;
 use graphstipple_core::stages::Writer;
@@ -54,7 +54,9 @@ impl Target {
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             Err(error) => return Err(failed(error)),
         };
-        if before.as_ref().is_some_and(Metadata::is_dir) {
+        // Only a folder may be called so, even where there is nothing yet.
+        let ends_as_folder = path.as_os_str().as_encoded_bytes().last().is_some_and(|last| is_separator(char::from(*last)));
+        if ends_as_folder || before.as_ref().is_some_and(Metadata::is_dir) {
             return Err(failed(io::ErrorKind::IsADirectory.into()));
         }
         let End { path: real, is_descriptor } = end_of(path).map_err(failed)?;
@@ -319,8 +321,10 @@ mod tests {
         assert_eq!(fs::read(&good).unwrap(), b"before");
         assert_eq!(names(folder.path()), ["a.svg"]);
         fs::create_dir(&bad).unwrap();
-        let error = Target::find(&bad, false).unwrap_err();
-        assert_eq!(error.to_string(), format!("{}: this is a folder, not a file", bad.display()));
+        for bad in [bad, folder.path().join("new.svg/")] {
+            let error = Target::find(&bad, false).unwrap_err();
+            assert_eq!(error.to_string(), format!("{}: this is a folder, not a file", bad.display()));
+        }
     }
 
     #[test]
