@@ -144,16 +144,43 @@ impl Sizes {
 
 #[cfg(test)]
 mod tests {
-    use kurbo::Shape;
+    use kurbo::{ParamCurve as _, Shape};
 
     use super::*;
 
     #[test]
     fn circles_have_their_area_and_holes_run_backwards() {
-        let circle = Outline::Circle { x: 3.0, y: 4.0, radius: 2.0 };
-        let area = std::f64::consts::PI * 4.0;
-        assert!((path_of(&circle, false).area() / area - 1.0).abs() < 1e-3);
-        assert!((path_of(&circle, true).area() / area + 1.0).abs() < 1e-3);
+        for radius in [0.3, 0.65, 1.0, 2.0] {
+            for (hole, turn) in [(false, 1.0), (true, -1.0)] {
+                let circle = Outline::Circle { x: 3.0, y: 4.0, radius };
+                let path = Sizes::default().path_of(&circle, hole, FINEST_GRID).into_owned();
+                let area = turn * PI * radius * radius;
+                assert!((path.area() / area - 1.0).abs() < 0.02, "{radius}: {} instead of {area}", path.area());
+                for piece in path.segments() {
+                    for t in [0.0, 0.25, 0.5, 0.75] {
+                        let off = (piece.eval(t) - Point::new(3.0, 4.0)).hypot() - radius;
+                        assert!(off.abs() < 0.02 + 1.0 / FINEST_GRID, "{radius}: {off}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn many_dots_keep_their_ink() {
+        let mut sizes = Sizes::default();
+        let (mut wanted, mut radii, mut curves) = (0.0, 0.0, 0.0);
+        for i in 0..1000 {
+            let radius = 0.4 + 0.0007 * f64::from(i % 700);
+            wanted += PI * radius * radius;
+            let drawn = sizes.radius(radius);
+            assert!((drawn / radius - 1.0).abs() <= 1.0 / RADII, "{drawn} for {radius}");
+            radii += PI * drawn * drawn;
+            let circle = Outline::Circle { x: f64::from(i) / 16.0, y: 4.0, radius };
+            curves += sizes.path_of(&circle, false, 16.0).area();
+        }
+        assert!((radii / wanted - 1.0).abs() < 1e-3, "{radii} instead of {wanted}");
+        assert!((curves / wanted - 1.0).abs() < 1e-3, "{curves} instead of {wanted}");
     }
 
     #[test]
@@ -165,7 +192,7 @@ mod tests {
         path.line_to((1.0, 4.126));
         path.close_path();
         let mut pieces = Vec::new();
-        for_each_piece(&path, |piece| pieces.push(piece));
+        for_each_piece(&path, 64.0, |piece| pieces.push(piece));
         let curve = Piece::Curve([[192, 64], [256, 128], [256, 256]]);
         assert_eq!(pieces, [Piece::Move([64, 64]), curve, Piece::Line([64, 264]), Piece::Close]);
     }

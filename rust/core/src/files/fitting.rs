@@ -330,3 +330,100 @@ fn do_meet(a: &Edge, b: &Edge) -> bool {
 fn coord(p: Point) -> Coord<f64> {
     Coord { x: p.x, y: p.y }
 }
+
+#[cfg(test)]
+mod tests {
+    use kurbo::{ParamCurveNearest as _, Shape as _};
+
+    use super::*;
+    use crate::base::flatten_path;
+    use crate::files::svg::samples;
+
+    const UNITS: f64 = 16.0;
+
+    fn pieces_of(drawing: &Drawing) -> usize {
+        drawing.curves.iter().map(|curve| curve.segments().count()).sum()
+    }
+
+    fn distance(p: Point, path: &BezPath) -> f64 {
+        path.segments().map(|piece| piece.nearest(p, 1e-9).distance_sq.sqrt()).fold(f64::MAX, f64::min)
+    }
+
+    #[test]
+    fn fewer_curves_lie_within_the_bound_and_keep_their_area() {
+        let drawing =
+            Drawing { units: UNITS, ..samples::drawing(400, 400, vec![(samples::blob([200.0, 200.0], 60.0, 300), 1)], &[]) };
+        let fitted = with_few_cubics(&drawing, UNITS);
+        assert!(pieces_of(&fitted) * 3 < pieces_of(&drawing), "{} of {}", pieces_of(&fitted), pieces_of(&drawing));
+        let (before, after) = (&drawing.curves[0], &fitted.curves[0]);
+        assert!((after.area() / before.area() - 1.0).abs() < 1e-3, "{} instead of {}", after.area(), before.area());
+        for (from, to) in [(before, after), (after, before)] {
+            for piece in from.segments() {
+                for t in [0.1, 0.3, 0.5, 0.9] {
+                    let off = distance(piece.eval(t), to);
+                    assert!(off <= bound(&drawing) + 1e-6, "{off}");
+                }
+            }
+        }
+        assert_eq!(fitted, with_few_cubics(&drawing, UNITS));
+    }
+
+    #[test]
+    fn corners_lines_and_ends_stay() {
+        let mut path = BezPath::new();
+        path.move_to((0.0, 10.0));
+        path.quad_to((5.0, 10.0), (5.0, 15.0));
+        path.quad_to((10.0, 15.0), (10.0, 20.0));
+        path.line_to((10.0, 40.0));
+        let drawing = Drawing { curves: vec![path.clone()], units: UNITS, width: 50, height: 40, ..Drawing::default() };
+        let fitted = with_few_cubics(&drawing, UNITS);
+        let ends = |path: &BezPath| path.segments().map(|piece| [piece.start(), piece.end()]).collect::<Vec<_>>();
+        assert_eq!(ends(&fitted.curves[0]), ends(&path));
+        assert!(!is_closed(&fitted.curves[0]));
+    }
+
+    /// Two curves side by side, `apart` from each other: one wavy, and the other with waves that a fit would level.
+    fn side_by_side(apart: f64) -> Drawing {
+        let wave = |y: f64, height: f64| {
+            let mut path = BezPath::new();
+            path.move_to((0.0, y));
+            for i in 0..40 {
+                let (x, side) = (f64::from(i), if i % 2 == 0 { height } else { -height });
+                path.quad_to((x + 0.5, y + side), (x + 1.0, y));
+            }
+            path
+        };
+        let curves = vec![wave(10.0, 0.2), wave(10.0 + apart, 0.2)];
+        Drawing { curves, units: UNITS, width: 40, height: 40, ..Drawing::default() }
+    }
+
+    #[test]
+    fn what_would_meet_keeps_its_pieces() {
+        for apart in [0.01, 0.05, 0.1, 1.0] {
+            let drawing = side_by_side(apart);
+            let fitted = with_few_cubics(&drawing, 1024.0);
+            let [upper, lower] = [0, 1].map(|i| flatten_path(&fitted.curves[i], FLATNESS));
+            for a in upper.windows(2) {
+                for b in lower.windows(2) {
+                    let edge = |ends: &[[f64; 2]], curve| Edge { ends: [ends[0].into(), ends[1].into()], curve, run: 0 };
+                    assert!(!do_meet(&edge(a, 0), &edge(b, 1)), "{apart}: {a:?} and {b:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_dot_beside_a_curve_stays_beside_it() {
+        let mut drawing = side_by_side(1.0);
+        let dot = |x: f64, y: f64| crate::outlines::Stipple { x, y, radius: 0.3, ..samples::nested().stipples[0] };
+        // Above a wave that points down, and so near that a level line would cut it.
+        drawing.stipples = vec![dot(10.5, 10.1 + 0.32), dot(21.5, 9.6)];
+        let fitted = with_few_cubics(&drawing, 1024.0);
+        for dot in &fitted.stipples {
+            let centre = Point::new(dot.x, dot.y);
+            let before = drawing.curves.iter().map(|curve| distance(centre, curve)).fold(f64::MAX, f64::min);
+            let after = fitted.curves.iter().map(|curve| distance(centre, curve)).fold(f64::MAX, f64::min);
+            assert!(before < dot.radius || after >= dot.radius - 1e-3, "{after}");
+        }
+    }
+}

@@ -294,12 +294,30 @@ mod tests {
         String::from_utf8_lossy(pdf).into_owned()
     }
 
-    /// The inflated content of a file.
+    /// The content of a page, all its streams inflated and their differences added up.
     fn content_of(pdf: &[u8]) -> String {
-        let find = |what: &[u8]| pdf.windows(what.len()).position(|w| w == what).unwrap() + what.len();
-        let mut content = String::new();
-        flate2::read::ZlibDecoder::new(&pdf[find(b"\nstream\n")..]).read_to_string(&mut content).unwrap();
-        content
+        let mut content = Vec::new();
+        let mut rest = pdf;
+        while let Some(begin) = rest.windows(8).position(|w| w == b"\nstream\n") {
+            let about = text_of(&rest[..begin]);
+            let about = &about[about.rfind(" obj\n").unwrap()..];
+            let mut bytes = Vec::new();
+            flate2::read::ZlibDecoder::new(&rest[begin + 8..]).read_to_end(&mut bytes).unwrap();
+            if let Some((_, columns)) = about.split_once("/Columns ") {
+                let width: usize = columns.split_whitespace().next().unwrap().parse().unwrap();
+                let mut above = vec![0; width];
+                for row in bytes.chunks_exact(width + 1) {
+                    assert_eq!(row[0], UP);
+                    above = row[1..].iter().zip(&above).map(|(byte, above)| byte.wrapping_add(*above)).collect();
+                    content.extend_from_slice(&above);
+                }
+            } else {
+                content.append(&mut bytes);
+            }
+            content.push(b'\n');
+            rest = &rest[begin + 8..];
+        }
+        String::from_utf8(content).unwrap()
     }
 
     fn operators(content: &str, operator: &str) -> usize {
@@ -320,27 +338,31 @@ mod tests {
         }
         assert!(!text.contains("Date") && !text.contains("/UserUnit"));
         let content = content_of(&pdf);
-        assert!(content.starts_with("0.01171875 0 0 -0.01171875 0 36 cm\n/OC /black-regions BDC\n0 g\n"), "{content}");
-        // Two black regions and four black dots; the dots' circles have four curves each.
-        let black_curves: usize = [0, 2].map(|i| drawing.curves[i].segments().count()).iter().sum();
+        let scale = 0.75 / cubic::units_per_pixel(&drawing);
+        assert!(content.starts_with(&format!("{scale} 0 0 -{scale} 0 36 cm\n/OC /black-regions BDC\n0 g\n")), "{content}");
+        // Two black regions and four black dots, each a path of its own; the dots' circles have four curves each.
         let closed = drawing.regions.iter().filter(|r| r.ink == Ink::Black).count();
-        assert_eq!((operators(&content, "m"), operators(&content, "h"), operators(&content, "f")), (closed + 4, closed + 4, 2));
-        assert_eq!(operators(&content, "c"), black_curves + 16);
+        assert_eq!([closed + 4; 3], ["m", "h", "f"].map(|operator| operators(&content, operator)));
+        let curves: usize = [0, 2].map(|i| drawing.curves[i].segments().count()).iter().sum();
+        assert!((17..=16 + curves).contains(&operators(&content, "c")), "{content}");
+        assert!(text.contains("/Predictor 12"));
     }
 
     #[test]
     fn paper_is_painted_where_it_has_to_be() {
         let drawing = samples::nested();
+        let units = cubic::units_per_pixel(&drawing);
+        let whole = format!("0 0 {} {}", 64.0 * units, 48.0 * units);
         let layered = to_pdf(&drawing, &Export { style: Style::Layered, ..Export::default() }).unwrap();
         assert!(text_of(&layered).contains("(Paper)") && text_of(&layered).contains("(Level 1: black regions)"));
         let content = content_of(&layered);
         assert!(
-            content.contains("/OC /paper BDC\n1 g\n0 0 4096 3072 re\nf\nEMC\n/OC /level-1-black-regions BDC\n0 g\n"),
+            content.contains(&format!("/OC /paper BDC\n1 g\n{whole} re\nf\nEMC\n/OC /level-1-black-regions BDC\n0 g\n")),
             "{content}"
         );
         let scratchboard = to_pdf(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
         let content = content_of(&scratchboard);
-        assert!(content.contains("/OC /paper BDC\n0 g\n0 0 4096 3072 re\nf\nEMC\n/OC /white-regions BDC\n1 g\n"), "{content}");
+        assert!(content.contains(&format!("/OC /paper BDC\n0 g\n{whole} re\nf\nEMC\n/OC /white-regions BDC\n1 g\n")), "{content}");
     }
 
     #[test]
@@ -348,24 +370,47 @@ mod tests {
         let layout = Layout { width: Some("4in".parse().unwrap()), margin: "1in".parse().unwrap(), ..Layout::default() };
         let pdf = to_pdf(&samples::nested(), &Export { layout, ..Export::default() }).unwrap();
         assert!(text_of(&pdf).contains("/MediaBox [0 0 432 360]"));
-        assert!(content_of(&pdf).starts_with("0.0703125 0 0 -0.0703125 72 288 cm\n"));
+        let scale = 4.5 / cubic::units_per_pixel(&samples::nested());
+        assert!(content_of(&pdf).starts_with(&format!("{scale} 0 0 -{scale} 72 288 cm\n")));
         let layout = Layout { width: Some("400in".parse().unwrap()), ..Layout::default() };
         let pdf = to_pdf(&samples::nested(), &Export { layout, ..Export::default() }).unwrap();
         assert!(text_of(&pdf).contains("/MediaBox [0 0 14400 10800]") && text_of(&pdf).contains("/UserUnit 2"));
     }
 
     #[test]
-    fn long_layers_are_split_between_areas() {
-        let pdf = to_pdf(&samples::field_of_blobs(4000), &Export::default()).unwrap();
+    fn every_mark_is_a_path_and_dots_of_one_radius_have_one_text() {
+        let drawing = samples::field_of_blobs(400);
+        let pdf = to_pdf(&drawing, &Export::default()).unwrap();
         let content = content_of(&pdf);
-        assert_eq!(operators(&content, "m"), 8000);
-        assert!((10..40).contains(&operators(&content, "f")), "{}", operators(&content, "f"));
+        assert_eq!((operators(&content, "m"), operators(&content, "f"), operators(&content, "q")), (800, 800, 7));
+        let radii: std::collections::BTreeSet<&str> =
+            content.lines().filter(|line| line.starts_with('-') && line.ends_with(" 0 m")).collect();
+        assert!(radii.len() <= 8, "{radii:?}");
+        // Ways of dots from the corner, added up.
+        let mut places = Vec::new();
+        let mut place = [0, 0];
+        for line in content.lines().skip(1) {
+            match line.split(' ').collect::<Vec<_>>()[..] {
+                ["q"] => place = [0, 0],
+                ["1", "0", "0", "1", x, y, "cm"] => {
+                    place = [place[0] + x.parse::<i32>().unwrap(), place[1] + y.parse::<i32>().unwrap()];
+                    places.push(place);
+                }
+                _ => {}
+            }
+        }
+        let units = cubic::units_per_pixel(&drawing);
+        let mut expected: Vec<[i32; 2]> =
+            drawing.stipples.iter().map(|dot| [dot.x, dot.y].map(|v| (v * units).round() as i32)).collect();
+        places.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(places, expected);
     }
 
     #[test]
     fn a_drawing_without_marks_is_an_empty_page() {
         let pdf = to_pdf(&samples::drawing(8, 8, vec![], &[]), &Export::default()).unwrap();
         assert!(!text_of(&pdf).contains("OCProperties"));
-        assert_eq!(content_of(&pdf).trim_end(), "0.01171875 0 0 -0.01171875 0 6 cm");
+        assert!(content_of(&pdf).trim_end().ends_with(" 0 6 cm"));
     }
 }
