@@ -6,7 +6,7 @@
 #   make generate   what is made from the declarations of options and from the tree: Python's fields, docs/options.md, ARCHITECTURE.md
 #   make performance   the tables of docs/performance.md anew, for an idle machine
 #   make peers   speed beside other programs, which it installs into out/peers
-#   make fuzz   look for input that breaks the reading of images or options, FUZZ_SECONDS for each of FUZZ_TARGETS
+#   make fuzz   look for input that breaks the reading of images, options or drawings, FUZZ_SECONDS for each of FUZZ_TARGETS
 #   make evaluate   compare methods on scikit-image's photos: a report in out/evaluation
 PYTHON ?= python3
 VENV := .venv
@@ -22,7 +22,7 @@ EVALUATION := $(VENV)/.evaluation-done
 BINARY := target/release/graphstipple
 
 # What `make fuzz` runs, and for how long; FUZZ_SEEDS may name more files and folders to begin with.
-FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options
+FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options drawing_svg drawing_json
 FUZZ_SECONDS := 600
 FUZZ_SEEDS :=
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageCms
 from tests.corpus import CASES
+from tests.test_loading import STYLES, small_drawings
 
 from graphstipple import Options, draw, presets
 
@@ -74,11 +75,22 @@ def main(names: list[str]) -> None:
             write("profile", bytes([128 + kind]) + number)
     for preset in presets():
         write("options", json.dumps(of_metadata(preset.name)).encode())
+    drawings()
     lines = ["gamma=1.5", "nodes=1e5", "published.alpha=tonal", "preset=linocut", "page=A4", "width=20cm", "dpi=300", "margin=5",
              "style=layered", "inks=white", "one_bit=true", "background=#fff", "page=300x200mm", "suffix=svg"]  # fmt: skip
     write("options", "\n".join(lines).encode())
     for line in lines:
         write("options", line.encode())
+
+
+def drawings() -> None:
+    """Write small drawings, and shapes of every kind as the target `drawing_json` has them in bytes."""
+    for drawing in small_drawings():
+        write("drawing_json", drawing.json().encode())
+        for how in STYLES:
+            write("drawing_svg", drawing.svg(**how).encode())
+    for kind in (0, 4, 74, 78, 75, 110, 111, 1, 33):
+        write("drawing_json", bytes([15, 15, 128, kind]) + bytes(range(8, 120, 7)))
 
 
 def of_metadata(preset: str) -> object:

@@ -1,0 +1,382 @@
+"""What is loaded: all of our own drawings, and of other files what is a drawing, as judges say that know nothing of the loader."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests import oracles, readers
+from tests.mutants import mutant_of_json, mutant_of_svg
+from tests.soundness import check_picture, noise
+from tests.support import PHOTOS, options_with, photo
+
+import graphstipple as gs
+
+# Small pictures often come out blank, which is told and is not what these tests are about.
+pytestmark = pytest.mark.filterwarnings("ignore:the whole drawing is:graphstipple.GraphStippleWarning")
+
+STYLES: list[dict[str, Any]] = [{}, {"style": "layered"}, {"inks": "white"}, {"inks": "both"}]
+
+FINE = 4
+"""Pictures are compared this many times as large and averaged, so that how a program antialiases hardly counts."""
+
+MEAN_TOLERANCE = 2.5
+"""Mean difference of two pictures, of 255: as in test_formats.py."""
+
+PIXEL_TOLERANCE = 64.0
+"""Largest difference of a pixel, of 255: small dots in it, and lines between marks that meet where the paper shines through."""
+
+
+@functools.cache
+def small_drawings() -> list[gs.Drawing]:
+    """Draw what mutants are made of: some dots, some regions, curves that end on the frame, rings in rings."""
+    images: list[tuple[NDArray[np.uint8], gs.Options]] = [
+        (photo("camera", 40, 30), gs.Options()),
+        (photo("coffee", 24, 32), options_with(density=0.5, tolerance=0.25)),
+        (noise(1, 28, 20), gs.Options()),
+        (noise(2, 12, 12), options_with(density=2.0, tolerance=0.0)),
+        (noise(5, 20, 26), gs.Options(irregularity=1.0, seed=3)),
+        (255 - noise(7, 16, 9), options_with(density=1.0, stipple_scale=2.0)),
+    ]
+    return [gs.draw(image, options=options) for image, options in images]
+
+
+def same_files(one: gs.Drawing, other: gs.Drawing) -> bool:
+    """Whether two drawings give the same bytes in all formats that can be read."""
+    return one.json() == other.json() and all(one.svg(**how) == other.svg(**how) for how in STYLES)
+
+
+# Our own -------------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PHOTOS)
+@pytest.mark.parametrize("preset", [preset.name for preset in gs.presets()])
+def test_every_drawing_survives_every_file_and_least_dot(name: str, preset: str, tmp_path: Path) -> None:
+    image = np.ascontiguousarray(photo(name)[::4, ::4])
+    drawing = gs.draw(image, options=gs.Options.preset(preset))
+    drawing.save(tmp_path / "drawing.json")
+    saved = [tmp_path / "drawing.json"]
+    for number, how in enumerate(STYLES):
+        saved.append(tmp_path / f"{number}.svg")
+        drawing.save(saved[-1], **how)
+    for path in saved:
+        assert same_files(gs.load(path), drawing), path.name
+
+    # As in the README: on paper 200 mm wide.
+    for millimetres in (0.1, 0.3, 0.6, 1.0):
+        larger = drawing.with_min_dot(f"{millimetres}mm", width="200mm")
+        least = millimetres * image.shape[1] / 200
+        assert (larger.stipples["radius"] >= least * (1 - 1e-9)).all()
+        kept = {tuple(dot) for dot in drawing.stipples[drawing.stipples["radius"] >= least].tolist()}
+        assert kept <= {tuple(dot) for dot in larger.stipples.tolist()}
+        # Of regions, none goes, none comes, and none has another outline.
+        assert len(larger.regions) == len(drawing.regions)
+        for region, before in zip(larger.regions, drawing.regions, strict=True):
+            assert region.ink == before.ink
+            np.testing.assert_array_equal(region.exterior, before.exterior)
+        assert larger.stats["dots_dropped"] == len(drawing.stipples) - len(larger.stipples)
+        check_picture(larger, larger.width, larger.height)
+        larger.save(tmp_path / "larger.json")
+        larger.save(tmp_path / "larger.svg", style="layered")
+        assert same_files(gs.load(tmp_path / "larger.json"), larger)
+        assert same_files(gs.load(tmp_path / "larger.svg"), larger)
+
+
+# Others --------------------------------------------------------------------------------------------------------------------------
+
+MUTANTS = int(os.environ.get("GRAPHSTIPPLE_MUTANTS", "150"))
+"""How many mutants of each format are tried."""
+
+NO_DRAWING = "this is not a drawing that graphstipple wrote: "
+
+
+def document(
+    width: int,
+    height: int,
+    curves: list[str],
+    dots: list[tuple[float, float, float, int]] | None = None,
+    units: float = 16.0,
+) -> str:
+    """Return a JSON file of curves and dots (x, y, radius, ink)."""
+    names = ("x", "y", "radius", "ink")
+    told = {
+        "format": "graphstipple drawing",
+        "version": gs.__version__,
+        "importance": "none",
+        "options": {},
+        "canvas": {"width": width, "height": height},
+        "units": units,
+        "stipples": [dict(zip(names, dot, strict=True)) for dot in dots or []],
+        "regions": [{"ink": 1}],
+        "curves": curves,
+    }
+    return json.dumps(told)
+
+
+def ring(*points: tuple[float, float]) -> str:
+    """Return the path data of a closed curve."""
+    return "M" + " L".join(f"{x},{y}" for x, y in (*points, points[0])) + " Z"
+
+
+def square(begin: float, end: float, *, black: bool = True) -> str:
+    """Return a square with two of its corners on the diagonal; black, or white in black."""
+    corners = [(begin, begin), (end, begin), (end, end), (begin, end)]
+    return ring(*(corners if black else corners[::-1]))
+
+
+def check_loaded(drawing: gs.Drawing, folder: Path) -> None:
+    """Check what was loaded, by judges that know nothing of the loader."""
+    check_picture(drawing, drawing.width, drawing.height)
+    raster = drawing.rasterize(FINE * drawing.width)
+    white = sum(region.area for region in drawing.regions if region.ink == 1)
+    white += (np.pi * drawing.stipples["radius"] ** 2 * (drawing.stipples["ink"] == 1)).sum()
+    # Values are rounded to 1/255, and a flattened outline lies 0.01 pixels inside its curve.
+    assert raster.mean() / 255 == pytest.approx(white / (drawing.width * drawing.height), abs=0.006)
+    # With both inks, the paper shines through where they meet.
+    for how in STYLES[:3]:
+        check_same_picture(drawing.svg(**how), drawing)
+    drawing.save(folder / "again.json")
+    assert same_files(gs.load(folder / "again.json"), drawing)
+    for how in STYLES:
+        drawing.save(folder / "again.svg", **how)
+        check_same_marks(gs.load(folder / "again.svg"), drawing)
+
+
+def check_same_picture(svg: str, drawing: gs.Drawing) -> None:
+    """Check that resvg paints a document as we paint the drawing."""
+    ours = oracles.box_average(drawing.rasterize(FINE * drawing.width), FINE)
+    theirs = oracles.box_average(readers.svg(svg, 2 * FINE * drawing.width), 2 * FINE)
+    assert theirs.shape == ours.shape
+    difference = np.abs(theirs - ours)
+    assert difference.mean() < MEAN_TOLERANCE
+    assert difference.max() < PIXEL_TOLERANCE
+
+
+def check_same_marks(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
+    """Check that the marks are the same but for the last digits, which numbers of few digits in another's file may not have."""
+    assert (loaded.width, loaded.height, len(loaded.regions)) == (drawing.width, drawing.height, len(drawing.regions))
+    for name in ("x", "y", "radius", "ink"):
+        np.testing.assert_allclose(loaded.stipples[name], drawing.stipples[name], rtol=0, atol=ROUNDED)
+    for region, before in zip(loaded.regions, drawing.regions, strict=True):
+        assert region.ink == before.ink
+        assert len(region.holes) == len(before.holes)
+        assert region.area == pytest.approx(before.area, abs=ROUNDED * max(drawing.width, drawing.height))
+
+
+ROUNDED = 1e-6
+"""How far, in pixels, the coordinates of a file that is not ours may be rounded when it is written as SVG."""
+
+
+def refusal(path: Path) -> str:
+    """Return the sentence with which a file is refused."""
+    with pytest.raises(gs.ImageFileError) as refused:
+        gs.load(path)
+    sentence = str(refused.value)
+    assert sentence.startswith(f"{path}: ")
+    assert sentence.isprintable()
+    return sentence
+
+
+@pytest.mark.parametrize("suffix", ["json", "svg"])
+def test_mutants_are_drawings_or_refused(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"mutant.{suffix}"
+    drawings, accepted = small_drawings(), 0
+    for seed in range(MUTANTS):
+        random = np.random.default_rng(seed)
+        drawing = drawings[seed % len(drawings)]
+        if suffix == "json":
+            mutant = mutant_of_json(drawing.json(), random)
+        else:
+            mutant = mutant_of_svg(drawing.svg(**STYLES[int(random.integers(len(STYLES)))]), random)
+        path.write_text(mutant)
+        try:
+            loaded = gs.load(path)
+        except gs.ImageFileError:
+            refusal(path)
+            continue
+        accepted += 1
+        try:
+            check_loaded(loaded, tmp_path)
+        except Exception as error:
+            raise AssertionError(f"mutant {seed} was loaded") from error
+    # Enough of both kinds.
+    assert 0.1 * MUTANTS < accepted < 0.9 * MUTANTS
+
+
+WHOLE = square(2, 8)
+
+KINDS: dict[str, tuple[str, str]] = {
+    "a ring twice": (document(10, 10, [WHOLE, WHOLE]), "touches or crosses"),
+    "a ring on a ring": (document(10, 10, [WHOLE, square(8, 9)]), "touches or crosses"),
+    "rings that cross": (document(10, 10, [WHOLE, square(4, 9)]), "touches or crosses"),
+    "a bow-tie": (document(10, 10, [ring((2, 2), (8, 8), (8, 2), (2, 8))]), "touches or crosses itself"),
+    "a spike": (document(10, 10, [ring((2, 2), (8, 2), (8, 8), (8, 5))]), "touches or crosses itself"),
+    "open curves that cross": (document(10, 10, ["M0,2L10,8", "M0,8L10,2"]), "touches or crosses"),
+    "an open curve inside": (document(10, 10, ["M2,2L8,8"]), "neither closed nor goes from frame to frame"),
+    "a curve along the frame": (document(10, 10, [ring((0, 2), (5, 5), (0, 8))]), "edge of the canvas"),
+    "a curve off the canvas": (document(10, 10, [square(2, 11)]), "leaves the canvas"),
+    "a bulge off the canvas": (document(10, 10, ["M2,2L8,2Q14,5 8,8L2,8L2,2Z"]), "edge of the canvas"),
+    "a control point far away": (document(10, 10, ["M2,2L8,2Q1e14,5 8,8L2,8L2,2Z"]), "leaves the canvas"),
+    "no number": (document(10, 10, ["M2,2L8,2LNaN,8L2,8L2,2Z"]), "path data|no numbers"),
+    "an infinite number": (document(10, 10, ["M2,2L8,2L1e999,8L2,8L2,2Z"]), "path data|no numbers"),
+    "two curves in one": (document(10, 10, [square(1, 4) + square(5, 9)]), "not one curve"),
+    "nothing enclosed": (document(10, 10, ["M2,2L8,8L2,2Z"]), "encloses nothing|itself"),
+    "a single point": (document(10, 10, ["M2,2Z"]), "encloses nothing|not one curve"),
+    "inks that do not alternate": (document(10, 10, [WHOLE, square(4, 6)]), "black .* white|white .* black"),
+    "a dot in a dot": (document(10, 10, [], [(5, 5, 4, 0), (5, 5, 2, 0)]), "lies in"),
+    "dots that overlap": (document(10, 10, [], [(4, 5, 3, 0), (6, 5, 3, 0)]), "touches or crosses"),
+    "a dot twice": (document(10, 10, [], [(4, 5, 3, 0), (4, 5, 3, 0)]), "touches or crosses"),
+    "a dot on a curve": (document(10, 10, [WHOLE], [(2, 5, 1, 1)]), "touches or crosses"),
+    "a dot in its own ink": (document(10, 10, [WHOLE], [(5, 5, 1, 0)]), "is black and lies in black"),
+    "dots of both inks in one place": (document(10, 10, [], [(3, 5, 1, 0), (7, 5, 1, 1)]), "is white and lies in white"),
+    "a dot over the edge": (document(10, 10, [], [(0.5, 5, 1, 0)]), "does not lie on the canvas"),
+    "a dot of no size": (document(10, 10, [], [(5, 5, 0, 0)]), "no radius above 0"),
+    "a dot turned inside out": (document(10, 10, [], [(5, 5, -1, 0)]), "no radius above 0"),
+    "no grid": (document(10, 10, [WHOLE], units=0), "units"),
+    "an endless grid": (document(10, 10, [WHOLE], units=2.0**60), "units"),
+    "a crooked grid": (document(10, 10, [WHOLE], units=15.5), "units"),
+    "no canvas": (document(0, 10, []), "each side must be"),
+    "an endless canvas": (document(10, 65536, []), "each side must be"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_breaks_a_rule_is_refused(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "drawing.json"
+    text, rule = KINDS[kind]
+    path.write_text(text)
+    assert re.search(rule, refusal(path))
+
+
+def test_what_keeps_the_rules_is_loaded(tmp_path: Path) -> None:
+    # As near as the rules allow: rings and dots a hair apart, open curves that begin beside each other, a spiral.
+    hair = 2.0**-12
+    spiral = [(8, 8), (24, 8), (24, 24), (10, 24), (10, 12), (20, 12), (20, 20), (14, 20), (14, 16)]
+    inner = [(14 + hair, 16), (14 + hair, 20 - hair), (20 - hair, 20 - hair), (20 - hair, 12 + hair)]
+    inner += [(10 + hair, 12 + hair), (10 + hair, 24 - hair), (24 - hair, 24 - hair), (24 - hair, 8 + hair), (8, 8 + hair)]
+    fine = document(
+        32,
+        32,
+        [ring(*spiral, *inner), square(26, 27), square(27 + hair, 28), "M0,4 L32,4", f"M32,{4 + hair} L0,{4 + hair}"],
+        [(16, 2, 1.75, 0), (30, 16, 1, 0), (30, 19, 1.5, 0)],
+    )
+    (tmp_path / "drawing.json").write_text(fine)
+    loaded = gs.load(tmp_path / "drawing.json")
+    assert [region.ink for region in loaded.regions].count(0) == 4
+    check_loaded(loaded, tmp_path)
+
+
+# Limits --------------------------------------------------------------------------------------------------------------------------
+
+MEASURE = """
+import resource, sys
+import graphstipple as gs
+gs.load(sys.argv[1])
+begin = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    drawing = gs.load(sys.argv[2])
+except gs.ImageFileError as error:
+    print(error)
+else:
+    for how in ({}, {"style": "layered"}):
+        drawing.save(sys.argv[3], **how)
+        again = gs.load(sys.argv[3])
+        assert len(again.stipples) == len(drawing.stipples) and len(again.regions) == len(drawing.regions)
+    drawing.rasterize(min(drawing.width, 1000))
+    print(len(drawing.stipples), len(drawing.regions))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begin)
+"""
+
+
+def measured(text: str, tmp_path: Path) -> tuple[str, float]:
+    """Load, save and paint a drawing in a process of its own; return what it told, and how many megabytes all that took."""
+    small, large = tmp_path / "small.json", tmp_path / "large.json"
+    small.write_text(document(10, 10, [WHOLE], [(1, 1, 0.5, 0)]))
+    large.write_text(text)
+    command = [sys.executable, "-c", MEASURE, str(small), str(large), str(tmp_path / "again.svg")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    told, kilobytes = done.stdout.splitlines()
+    return told, float(kilobytes) / (1 << 20 if sys.platform == "darwin" else 1 << 10)
+
+
+def posts(count: int) -> str:
+    """Return as many open curves from the top of a high canvas to its bottom."""
+    across = [k / 128 for k in range(1, count + 1)]
+    curves = [f"M{x},{0 if k % 2 else 65535} L{x},{65535 if k % 2 else 0}" for k, x in enumerate(across)]
+    return document(10, 65535, curves)
+
+
+def comb(count: int, *, sound: bool = True) -> str:
+    """Return a ring that runs up and down as many times, and at the end into its last tooth, if it is not sound."""
+    teeth = [(1 + k / 4, 2 + 60 * (k % 2)) for k in range(2 * count)]
+    last = teeth[-1][0]
+    way_back = [(last + (0.125 if sound else -0.375), 2.0), (last + 0.25, 2.0), (last + 0.25, 63), (0.5, 63), (0.5, 2)]
+    return document(int(last) + 2, 64, [ring(*(teeth + way_back if sound else [*teeth, *way_back]))])
+
+
+LARGE: dict[str, tuple[str, str]] = {
+    "a high canvas": (posts(1200), "0 1201"),
+    "a broad canvas of dots": (document(65535, 24, [], [(2 + 5 * k, 8 + k % 9, 2, 0) for k in range(8000)]), "8000 1"),
+    "rings in rings": (document(800, 800, [square(k / 8, 800 - k / 8, black=k % 2 == 1) for k in range(1, 3001)]), "0 3001"),
+    "a row of dots": (document(65535, 8, [], [(1.5 + 3 * k, 4, 1.25, 0) for k in range(20_000)]), "20000 1"),
+    "a long zigzag": (comb(20_000), "0 2"),
+    "a long zigzag that ends in itself": (comb(20_000, sound=False), "touches or crosses itself"),
+    "a far control point": (document(10, 10, ["M2,2L8,2C1e14,5 -1e14,5 8,8L2,8L2,2Z"]), "leaves the canvas"),
+    "curves that bend without end": (document(10, 10, ["M2,2C20,2 -10,8 2,8L2,2Z"] * 5000, units=2.0**20), "bends further"),
+}
+
+MOST_MEGABYTES = 200
+"""What loading, saving and painting any of these may take beside the interpreter: some fifty times the file."""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX")
+@pytest.mark.parametrize("kind", LARGE)
+def test_memory_follows_the_size_of_the_file(kind: str, tmp_path: Path) -> None:
+    text, expected = LARGE[kind]
+    told, megabytes = measured(text, tmp_path)
+    assert expected in told
+    assert megabytes < MOST_MEGABYTES
+
+
+INTERRUPTED = """
+import os, signal, sys, threading, time
+import graphstipple as gs
+
+def loading():
+    return any(open(f"/proc/self/task/{task}/comm").read() == "graphstipple\\n" for task in os.listdir("/proc/self/task"))
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT)).start()
+before = time.process_time()
+try:
+    gs.load(sys.argv[1])
+except KeyboardInterrupt:
+    print("interrupted")
+while loading():
+    time.sleep(0.01)
+ended = time.process_time()
+gs.load(sys.argv[1])
+print((ended - before) / (time.process_time() - ended))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="threads are counted in /proc")
+def test_ctrl_c_ends_the_loading_of_a_large_file(tmp_path: Path) -> None:
+    # Few curves, which bend so far on so fine a grid that they are some millions of points.
+    ways = [("M0,{0}Q20,{1} 40,{0}", "M40,{0}Q20,{1} 0,{0}")[k % 2].format(k, k + 60) for k in range(1, 651)]
+    (tmp_path / "drawing.json").write_text(document(40, 720, ways, units=2.0**20))
+    command = [sys.executable, "-c", INTERRUPTED, str(tmp_path / "drawing.json")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    told, share = done.stdout.splitlines()
+    assert told == "interrupted"
+    # Of the work for all of it: what is done at once on all points ends by itself.
+    assert float(share) < 0.8
