@@ -429,6 +429,10 @@ mod tests {
     use crate::options::Inks;
     use crate::outlines::Stipple;
 
+    fn read(svg: &[u8]) -> Result<Drawing> {
+        from_svg(svg, &Control::new())
+    }
+
     /// A drawing whose every number is on its grid.
     fn drawing() -> Drawing {
         let mut sample = samples::nested();
@@ -447,11 +451,11 @@ mod tests {
             *curve = curve.iter().map(snapped).collect();
         }
         // Its curves and dots, put together as they are from a file.
-        from_svg(to_svg(&sample, &layered()).unwrap().as_bytes()).unwrap()
+        read(to_svg(&sample, &layered()).unwrap().as_bytes()).unwrap()
     }
 
     fn told(svg: &str) -> String {
-        let message = from_svg(svg.as_bytes()).unwrap_err().to_string();
+        let message = read(svg.as_bytes()).unwrap_err().to_string();
         let expected = "this is not a drawing that graphstipple wrote: ";
         message.strip_prefix(expected).unwrap_or_else(|| panic!("{message}")).to_owned()
     }
@@ -484,14 +488,14 @@ mod tests {
                     let mut export = Export { elements, paper, ..export.clone() };
                     export.layout.margin = "7.3px".parse().unwrap();
                     let svg = to_svg(&drawing, &export).unwrap();
-                    assert_eq!(from_svg(svg.as_bytes()).unwrap(), drawing, "{export:?}");
+                    assert_eq!(read(svg.as_bytes()).unwrap(), drawing, "{export:?}");
                 }
             }
             let strokes = Export { dots: Dots::Strokes, ..export };
             let svg = to_svg(&drawing, &strokes).unwrap();
-            let rounded = from_svg(svg.as_bytes()).unwrap();
+            let rounded = read(svg.as_bytes()).unwrap();
             assert_eq!(to_svg(&rounded, &strokes).unwrap(), svg);
-            assert_eq!(from_svg(to_svg(&rounded, &Export::default()).unwrap().as_bytes()).unwrap(), rounded);
+            assert_eq!(read(to_svg(&rounded, &Export::default()).unwrap().as_bytes()).unwrap(), rounded);
         }
     }
 
@@ -512,7 +516,7 @@ mod tests {
             }];
             for export in [Export::default(), Export { inks: Inks::White, ..Export::default() }, both(), layered()] {
                 let svg = to_svg(&empty, &export).unwrap();
-                assert_eq!(from_svg(svg.as_bytes()).unwrap().regions[0].ink, ink, "{svg}");
+                assert_eq!(read(svg.as_bytes()).unwrap().regions[0].ink, ink, "{svg}");
             }
         }
     }
@@ -527,9 +531,9 @@ mod tests {
         let edited = svg.replacen("<g id=\"black-regions\"", editors, 1);
         let edited = edited.replacen("<circle ", "<circle xmlns:i=\"urn:i\" i:label=\"a dot\" ", 1);
         assert_ne!(edited, svg);
-        assert_eq!(from_svg(edited.as_bytes()).unwrap(), drawing);
+        assert_eq!(read(edited.as_bytes()).unwrap(), drawing);
         let with_style = svg.replacen("viewBox", "style=\"background:#fff\" viewBox", 1);
-        assert_eq!(from_svg(with_style.as_bytes()).unwrap(), drawing);
+        assert_eq!(read(with_style.as_bytes()).unwrap(), drawing);
     }
 
     #[test]

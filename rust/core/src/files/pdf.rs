@@ -285,6 +285,7 @@ mod tests {
     use std::io::Read;
 
     use super::*;
+    use crate::base::Ink;
     use crate::files::layers::Style;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
