@@ -18,7 +18,7 @@ import numpy as np
 import pypdfium2
 import resvg_py
 from ezdxf.document import Drawing as DxfDocument
-from ezdxf.entities import DXFGraphic
+from ezdxf.entities import DXFGraphic, Spline
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -83,7 +83,9 @@ def dxf_rings(document: DxfDocument, flatness: float = 0.005) -> dict[str, list[
         assert entity.dxftype() in {"CIRCLE", "POLYLINE", "LWPOLYLINE", "SPLINE"}, entity.dxftype()
         is_closed = entity.dxftype() == "CIRCLE" or getattr(entity, "is_closed", False) or getattr(entity, "closed", False)
         assert is_closed, "an outline is open"
-        points = [(point.x, point.y) for point in ezdxf.path.make_path(entity).flattening(flatness)]
+        # A path would have a spline's curves only roughly.
+        outline = entity if isinstance(entity, Spline) else ezdxf.path.make_path(entity)
+        points = [(point.x, point.y) for point in outline.flattening(flatness)]
         rings.setdefault(entity.dxf.layer, []).append(np.array(points))
     return rings
 

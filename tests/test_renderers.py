@@ -34,7 +34,7 @@ FINE = 8
 """Pixels of a renderer to a pixel of the photo: 768 to the inch. Some programs blacken every pixel that a shape touches, which at
 that size is a hair."""
 
-MEAN_TOLERANCE, PIXEL_TOLERANCE = 8.0, 64.0
+MEAN_TOLERANCE, PIXEL_TOLERANCE = 8.0, 80.0
 """Of 255. Ghostscript and poppler's own rasterizer thicken every shape by half a pixel of theirs; a missing layer is far above."""
 
 SUFFIXES = ("svg", "pdf", "eps")
