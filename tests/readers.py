@@ -21,7 +21,7 @@ import numpy as np
 import pypdfium2
 import resvg_py
 from ezdxf.document import Drawing as DxfDocument
-from ezdxf.entities import DXFGraphic
+from ezdxf.entities import DXFGraphic, Spline
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -141,8 +141,11 @@ def dxf_rings(document: DxfDocument, flatness: float = 0.005) -> dict[str, list[
     for entity in document.modelspace():
         assert isinstance(entity, DXFGraphic)
         assert entity.dxftype() in {"CIRCLE", "POLYLINE", "LWPOLYLINE", "SPLINE"}, entity.dxftype()
-        assert entity.dxftype() == "CIRCLE" or entity.is_closed or entity.closed, "an outline is open"  # type: ignore[attr-defined]
-        points = [(point.x, point.y) for point in ezdxf.path.make_path(entity).flattening(flatness)]
+        is_closed = entity.dxftype() == "CIRCLE" or getattr(entity, "is_closed", False) or getattr(entity, "closed", False)
+        assert is_closed, "an outline is open"
+        # A path would have a spline's curves only roughly.
+        outline = entity if isinstance(entity, Spline) else ezdxf.path.make_path(entity)
+        points = [(point.x, point.y) for point in outline.flattening(flatness)]
         rings.setdefault(entity.dxf.layer, []).append(np.array(points))
     return rings
 
@@ -291,11 +294,12 @@ class PostScript:
     def do_moveto(self) -> None:
         self.rings.append([tuple(self.pop(2))])
 
-    def do_lineto(self) -> None:
-        self.rings[-1].append(tuple(self.pop(2)))
+    def do_rlineto(self) -> None:
+        self.rings[-1].append(tuple(np.add(self.rings[-1][-1], self.pop(2))))
 
-    def do_curveto(self) -> None:
-        points = np.array([self.rings[-1][-1], *np.reshape(self.pop(6), (3, 2))])
+    def do_rcurveto(self) -> None:
+        begin = np.array(self.rings[-1][-1])
+        points = np.array([begin, *(begin + np.reshape(self.pop(6), (3, 2)))])
         t = np.linspace(0, 1, self.STEPS + 1)[1:, np.newaxis]
         weights = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3])
         self.rings[-1].extend((x, y) for x, y in weights @ points)

@@ -405,3 +405,64 @@ def test_json_is_for_programs() -> None:
     assert len(document["regions"]) == len(drawing.regions)
     dot, expected = document["stipples"][0], drawing.stipples[0]
     assert [dot["x"], dot["y"], dot["radius"], dot["ink"]] == list(expected.tolist())
+
+
+# DXF -----------------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PHOTOS + AWKWARD)
+def test_splines_of_a_dxf_enclose_what_its_polylines_do(name: str, tmp_path: Path) -> None:
+    drawing = drawn(name)
+    found = []
+    for curves in ("polylines", "splines"):
+        drawing.save(path := tmp_path / f"{curves}.dxf", curves=curves, width="200mm")
+        document = readers.dxf(path)
+        kinds = {entity.dxftype() for entity in document.modelspace()}
+        assert kinds <= {"CIRCLE", "LWPOLYLINE" if curves == "polylines" else "SPLINE"}
+        found.append(readers.dxf_rings(document, 0.002))
+    polylines, splines = found
+    assert polylines.keys() == splines.keys()
+    # A polyline lies so far from its curve, in millimetres.
+    off = 0.05 * 200 / drawing.width
+    for layer, rings in polylines.items():
+        assert len(splines[layer]) == len(rings)
+        for polyline, spline in zip(rings, splines[layer], strict=True):
+            length = np.hypot(*np.diff(polyline, axis=0, append=polyline[:1]).T).sum()
+            assert abs(shoelace(spline) - shoelace(polyline)) < 1.1 * off * length
+        assert sum(map(shoelace, splines[layer])) == pytest.approx(sum(map(shoelace, rings)), rel=0.01)
+
+
+def shoelace(ring: NDArray[np.float64]) -> float:
+    """Return the signed area of a ring."""
+    following = np.roll(ring, -1, axis=0)
+    return float(np.sum(ring[:, 0] * following[:, 1] - ring[:, 1] * following[:, 0]) / 2)
+
+
+@pytest.mark.parametrize(("page", "sides"), [("A4", (210, 297)), ("300x200mm", (300, 200)), (None, (200, 224 / 256 * 200))])
+def test_a_dxf_is_printed_on_its_page(page: str | None, sides: tuple[float, float], tmp_path: Path) -> None:
+    width = None if page else "200mm"
+    drawn("camera").save(path := tmp_path / "drawing.dxf", page=page, width=width)
+    landscape = drawn("camera").width > drawn("camera").height and page == "A4"
+    expected = sides[::-1] if landscape else sides
+    document = readers.dxf(path)
+    for layout in document.layouts:
+        settings = layout.dxf_layout.dxf
+        assert (settings.paper_width, settings.paper_height) == pytest.approx(expected, abs=1e-3)
+        assert (settings.plot_rotation, settings.plot_paper_units) == (0, 1)
+        assert {settings.left_margin, settings.right_margin, settings.top_margin, settings.bottom_margin} == {0}
+    assert tuple(document.header["$PLIMMAX"]) == pytest.approx(expected, abs=1e-3)
+
+
+# Limits of other programs --------------------------------------------------------------------------------------------------------
+
+
+def test_a_boundary_too_long_for_programs_is_told_of(tmp_path: Path) -> None:
+    drawing = gs.draw(noise(5, 400, 400), options=options_with("paper", nodes_per_pixel=0.9))
+    for suffix in ("svg", "pdf", "eps", "dxf"):
+        with pytest.warns(
+            gs.GraphStippleWarning, match=r"a boundary has \d+ points, but Illustrator leaves out .* more than 32000"
+        ):
+            drawing.save(tmp_path / f"drawing.{suffix}")
+    # Warnings are errors: there is none of pixels and data.
+    drawing.save(tmp_path / "drawing.png")
+    drawing.save(tmp_path / "drawing.json")

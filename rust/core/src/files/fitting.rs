@@ -405,8 +405,10 @@ mod tests {
             let [upper, lower] = [0, 1].map(|i| flatten_path(&fitted.curves[i], FLATNESS));
             for a in upper.windows(2) {
                 for b in lower.windows(2) {
-                    let point = |[x, y]: [f64; 2]| Point::new(x, y);
-                    let edge = |ends: &[[f64; 2]], curve| Edge { ends: [point(ends[0]), point(ends[1])], curve, run: 0 };
+                    let edge = |ends: &[[f64; 2]], curve| {
+                        let [a, b] = [ends[0], ends[1]].map(|[x, y]| Point::new(x, y));
+                        Edge { ends: [a, b], curve, run: 0 }
+                    };
                     assert!(!do_meet(&edge(a, 0), &edge(b, 1)), "{apart}: {a:?} and {b:?}");
                 }
             }
