@@ -9,8 +9,8 @@ use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
 use rayon::prelude::*;
 
 use crate::base::{
-    Control, Error, Frame, Ink, Result, bend_of_cubic, bend_of_quad, flatten_path, flattening_steps, flattening_tolerance,
-    is_closed,
+    Control, Error, Frame, Ink, Result, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flattening_steps,
+    flattening_tolerance, in_one_line, is_closed,
 };
 use crate::drawing::sweep::{Line, Meeting, Swept, Top, sweep};
 use crate::outlines::Stipple;
@@ -23,13 +23,9 @@ const MOST_UNITS: f64 = (1 << 20) as f64;
 const MOST_POINTS: f64 = (1 << 22) as f64;
 const MOST_POINTS_A_PIECE: f64 = 16.0;
 
-/// Sides of the polygon around a dot's circle: as many as make it lie inside the coarsest polygon that a dot has, even if its radius was
-/// rounded for a file.
-const SIDES: usize = 16;
-
 /// What is said of curves and dots that are no drawing: only a file can hold such.
 pub(crate) fn invalid(what: impl std::fmt::Display) -> Error {
-    Error::Input(format!("this is not a drawing that graphstipple wrote: {what}"))
+    Error::Input(format!("this is not a drawing that graphstipple wrote: {}", in_one_line(&what.to_string())))
 }
 
 /// Curves and dots, on a canvas.
@@ -111,29 +107,28 @@ impl Loose {
             let closed = is_closed(curve);
             let inner = if closed { &points[..] } else { &points[1..points.len() - 1] };
             let refused = |what| (Shape::Curve(number), what);
-            if !inner.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
+            // An open curve of one edge may lie on the edge of the canvas with nothing in between.
+            let lies_on_frame = !closed && inner.is_empty() && {
+                let [[a, b], [c, d]] = [points[0], points[1]];
+                !frame.holds(Point::new(0.5 * (a + c), 0.5 * (b + d)))
+            };
+            if lies_on_frame || !inner.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
                 return Err(refused("touches or crosses the edge of the canvas"));
             }
             Line::new(points.into_iter(), closed).ok_or_else(|| refused("encloses nothing"))
         };
         let of_curves = self.curves.par_iter().enumerate().map(line);
-        let around = polygon_around();
         let of_dots = self.stipples.par_iter().enumerate().map(|(number, dot)| {
-            let points = around.iter().map(|[x, y]| [dot.x + dot.radius * x, dot.y + dot.radius * y]);
-            Line::new(points, true).ok_or((Shape::Stipple(number), "is too small"))
+            // As regions have it for a hole.
+            let points = circle_polygon([dot.x, dot.y], dot.radius, tolerance);
+            let refused = |what| (Shape::Stipple(number), what);
+            if !points.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
+                return Err(refused("does not lie on the canvas"));
+            }
+            Line::new(points.into_iter(), true).ok_or_else(|| refused("is too small"))
         });
         of_curves.chain(of_dots).collect()
     }
-}
-
-/// A regular polygon around the unit circle.
-fn polygon_around() -> [[f64; 2]; SIDES] {
-    let step = std::f64::consts::TAU / SIDES as f64;
-    let reach = 1.0 / libm::cos(0.5 * step);
-    std::array::from_fn(|k| {
-        let (sin, cos) = libm::sincos(k as f64 * step);
-        [reach * cos, reach * sin]
-    })
 }
 
 /// How many points a curve is flattened to, at most.

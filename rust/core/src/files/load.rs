@@ -9,7 +9,7 @@
 
 use kurbo::{BezPath, PathEl, Point};
 
-use crate::base::{Control, Ink, Result};
+use crate::base::{Control, Ink, Result, on_finest_grid};
 use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
 use crate::files::sources::Sources;
 use crate::outlines::Stipple;
@@ -105,6 +105,44 @@ pub(super) fn rebuild(contents: Contents, control: &Control) -> Result<Drawing> 
         Shape::Curve(number) => sources.curve(number),
         Shape::Stipple(number) => sources.stipple(number),
     };
+    let curves = curves.into_iter().map(|curve| settled(&curve)).collect();
+    let stipples = stipples.into_iter().map(|dot| settled_dot(dot, units)).collect();
     let drawing = put_together(Loose { width, height, units, curves, stipples, ground }, &names, control)?;
     Ok(Drawing { provenance, ..drawing })
+}
+
+/// A curve as every file of it gives it back, whoever wrote this one: on a grid, without lines of no length, and if it is closed,
+/// back at its begin.
+fn settled(curve: &BezPath) -> BezPath {
+    let on_grid = |p: Point| Point::new(on_finest_grid(p.x), on_finest_grid(p.y));
+    let mut settled = BezPath::with_capacity(curve.elements().len() + 1);
+    let (mut begin, mut at) = (None, None);
+    for element in curve.elements() {
+        let element = match *element {
+            PathEl::MoveTo(p) => PathEl::MoveTo(on_grid(p)),
+            PathEl::LineTo(p) => PathEl::LineTo(on_grid(p)),
+            PathEl::QuadTo(c, p) => PathEl::QuadTo(on_grid(c), on_grid(p)),
+            PathEl::CurveTo(c, d, p) => PathEl::CurveTo(on_grid(c), on_grid(d), on_grid(p)),
+            PathEl::ClosePath => {
+                if let (Some(begin), true) = (begin, at != begin) {
+                    settled.push(PathEl::LineTo(begin));
+                }
+                PathEl::ClosePath
+            }
+        };
+        let is_nothing = matches!(element, PathEl::LineTo(p) if at == Some(p));
+        if !is_nothing {
+            settled.push(element);
+        }
+        at = element.end_point().or(at);
+        begin = begin.or(at);
+    }
+    settled
+}
+
+/// A dot likewise: its leftmost point lies on the grid.
+fn settled_dot(dot: Stipple, units: f64) -> Stipple {
+    // As it was put on its own grid.
+    let left = on_finest_grid(dot.x - dot.radius);
+    Stipple { x: (left * units + dot.radius * units) / units, y: on_finest_grid(dot.y), ..dot }
 }
