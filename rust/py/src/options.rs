@@ -1,6 +1,6 @@
 //! Options, checked once when they are made; presets; the settings of files.
 
-use graphstipple_core::stages::{Checked, DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, preset, schema};
+use graphstipple_core::stages::{Audience, Checked, DECLARATIONS, Group, KINDS, PUBLISHED, SETTINGS, Setting, preset, schema};
 use graphstipple_core::{Export, Format, Options as CoreOptions, presets as core_presets};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -73,11 +73,18 @@ pub(crate) fn options_schema(py: Python<'_>) -> PyResult<Py<PyAny>> {
     values::data(py, &schema())
 }
 
-/// Every setting of how a file is written: name, what it does, default, and the suffixes of the formats that take it.
+/// A setting: name, what it does, default, the suffixes of the formats that take it, and whether the short help shows it.
+type SettingTuple = (&'static str, &'static str, &'static str, Vec<&'static str>, bool);
+
+/// Every setting of how a file is written.
 #[pyfunction]
-pub(crate) fn settings() -> Vec<(&'static str, &'static str, &'static str, Vec<&'static str>)> {
+pub(crate) fn settings() -> Vec<SettingTuple> {
     let takers = |name| Format::ALL.iter().filter(|format| format.settings.contains(&name)).map(|format| format.suffix).collect();
-    SETTINGS.iter().map(|setting| (setting.name, setting.sentence, setting.default, takers(setting.name))).collect()
+    let tuple = |setting: &Setting| {
+        let is_everyday = setting.audience == Audience::Everyday;
+        (setting.name, setting.sentence, setting.default, takers(setting.name), is_everyday)
+    };
+    SETTINGS.iter().map(tuple).collect()
 }
 
 /// Every format: suffix, name, what it holds, and whether a file of it gives the drawing back.
