@@ -127,7 +127,10 @@ def test_what_the_callback_raises_ends_the_search(small):
         ),
         ({"max_points": 9, "written": "svg"}, "written is 'svg', but it must be a mapping of settings by name"),
         ({"written": {}}, "written is given, but it must be left out unless max_bytes or max_points is given"),
-        ({"max_points": 1}, r"max_points is 1, but it must be at least \d+: the coarsest drawing that was tried has so many points"),
+        (
+            {"max_points": 1},
+            r"max_points is 1, but it must be at least \d+: the coarsest drawing that was tried has so many points",
+        ),
     ],
 )
 def test_limits_that_cannot_be_are_told(small, arguments, message):
