@@ -37,8 +37,9 @@ const SMOOTH: f64 = 0.9986;
 /// How far the polygons that are compared lie from their curves, in px.
 const FLATNESS: f64 = 1.0 / 128.0;
 
-/// Side of the cells in which neighbours are looked for, in px: few pieces are longer.
-const CELL: f64 = 2.0;
+/// Least side of the cells in which neighbours are looked for, in px. On canvases of few marks they are larger: as many as there are
+/// edges and dots.
+const LEAST_CELL: f64 = 2.0;
 
 /// How far a cubic may lie from the pieces that it stands for, in px: a step of the grid that the drawing's own control points lie
 /// on. For the default tolerance, that is a quarter of it.
@@ -254,9 +255,11 @@ struct Edge {
 /// The runs, by curve, whose cubics meet another curve or a dot, or leave the canvas.
 fn crossing_runs(curves: &[Fitted], drawing: &Drawing) -> BTreeSet<(usize, usize)> {
     let edges: Vec<Edge> = (0..curves.len()).flat_map(|curve| edges_of(curves, curve)).collect();
+    let area = (drawing.width * drawing.height) as f64;
+    let side = (area / (edges.len() + drawing.stipples.len()).max(1) as f64).sqrt().max(LEAST_CELL);
     let mut cells: HashMap<[i32; 2], Vec<u32>> = HashMap::new();
     for (number, edge) in edges.iter().enumerate() {
-        for cell in cells_of(edge.ends) {
+        for cell in cells_of(edge.ends, side) {
             cells.entry(cell).or_default().push(number as u32);
         }
     }
@@ -277,7 +280,7 @@ fn crossing_runs(curves: &[Fitted], drawing: &Drawing) -> BTreeSet<(usize, usize
     }
     for dot in &drawing.stipples {
         let (centre, reach) = (Point::new(dot.x, dot.y), Vec2::new(dot.radius, dot.radius));
-        for cell in cells_of([centre - reach, centre + reach]) {
+        for cell in cells_of([centre - reach, centre + reach], side) {
             let near = cells.get(&cell).into_iter().flatten().map(|number| &edges[*number as usize]);
             crossing.extend(
                 near.filter(|edge| distance_to_segment(centre, edge.ends[0], edge.ends[1]) < dot.radius).filter_map(fitted),
@@ -306,8 +309,8 @@ fn edges_of(curves: &[Fitted], curve: usize) -> Vec<Edge> {
 }
 
 /// The cells that a box around two points covers.
-fn cells_of([a, b]: [Point; 2]) -> impl Iterator<Item = [i32; 2]> {
-    let cell = |v: f64| (v / CELL).floor() as i32;
+fn cells_of([a, b]: [Point; 2], side: f64) -> impl Iterator<Item = [i32; 2]> {
+    let cell = |v: f64| (v / side).floor() as i32;
     let columns = cell(a.x.min(b.x))..=cell(a.x.max(b.x));
     (cell(a.y.min(b.y))..=cell(a.y.max(b.y))).flat_map(move |y| columns.clone().map(move |x| [x, y]))
 }
