@@ -7,6 +7,7 @@ is for the loader to say, and for the tests to judge.
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -67,7 +68,7 @@ def _anywhere(text: str, random: Generator) -> str:
 
 def _number(text: str, random: Generator) -> str:
     """Return another number: near, mirrored, far, or none at all."""
-    value = float(text)
+    value = float(text) if math.isfinite(float(text)) else 0.0
     near = 2.0 ** -float(random.integers(2, 20))
     others = [value + near, value - near, value + random.normal(0, 0.1), value + random.normal(0, 2), -value]
     others += [round(value + random.normal(0, 40)), value * random.choice([0.5, 2, 16])]
@@ -156,13 +157,16 @@ def _sizes(document: dict[str, Any], random: Generator) -> None:
     """Change the canvas or the grid."""
     name = _chosen(["width", "height", "units"], random)
     where = document if name == "units" else document["canvas"]
-    where[name] = _chosen([0, 1, 7, 64, 65536, -5, 1.5, 2 * where[name], where[name] + 1, where[name] / 2, "3", None], random)
+    others = [0, 1, 7, 64, 65536, -5, 1.5, "3", None]
+    if isinstance(where[name], (int, float)):
+        others += [2 * where[name], where[name] + 1, where[name] / 2]
+    where[name] = _chosen(others, random)
 
 
 def _inks(document: dict[str, Any], random: Generator) -> None:
     marks = document["stipples"] + document["regions"]
     mark = _chosen(marks, random)
-    mark["ink"] = _chosen([0, 1, 1 - mark["ink"], 2, -1, "black"], random)
+    mark["ink"] = _chosen([0, 1, 0 if mark["ink"] else 1, 2, -1, "black"], random)
 
 
 # SVG -----------------------------------------------------------------------------------------------------------------------------
