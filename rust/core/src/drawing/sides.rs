@@ -101,11 +101,12 @@ impl<'a> Sides<'a> {
     /// Makes two sides one, or gives their inks if they differ.
     fn join(&mut self, a: usize, b: usize) -> std::result::Result<(), [Ink; 2]> {
         let (a, b) = (self.root(a), self.root(b));
-        // A ground that nothing touches has the ink of what is found there.
-        if a == self.ground {
+        // What stands for the canvas has the ink of the first that is found there.
+        let stand_in = 2 * self.loose.curves.len();
+        if a == stand_in {
             self.inks[a] = self.inks[b];
         }
-        if b == self.ground {
+        if b == stand_in {
             self.inks[b] = self.inks[a];
         }
         if self.inks[a] != self.inks[b] {

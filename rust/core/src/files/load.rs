@@ -12,6 +12,7 @@ use kurbo::{BezPath, PathEl, Point};
 use crate::base::{Control, Ink, Result, on_finest_grid};
 use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
 use crate::files::sources::Sources;
+use crate::files::write_path::{leftmost, on_dot_grid};
 use crate::outlines::Stipple;
 use crate::photo::check_size;
 
@@ -140,9 +141,9 @@ fn settled(curve: &BezPath) -> BezPath {
     settled
 }
 
-/// A dot likewise: its leftmost point lies on the grid.
+/// A dot likewise: its leftmost point lies on a grid, as it was when it was made.
 fn settled_dot(dot: Stipple, units: f64) -> Stipple {
-    // As it was put on its own grid.
-    let left = on_finest_grid(dot.x - dot.radius);
-    Stipple { x: (left * units + dot.radius * units) / units, y: on_finest_grid(dot.y), ..dot }
+    let radius = dot.radius * units;
+    let left = leftmost(dot.x * units, radius);
+    Stipple { x: (left + radius) / units, y: on_dot_grid(dot.y * units) / units, ..dot }
 }

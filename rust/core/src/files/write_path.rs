@@ -207,11 +207,16 @@ pub(super) const STROKE: f64 = 0.04;
 
 /// The leftmost point of a circle, in units: it lies on the grid, and the subtraction may have rounded.
 pub(super) fn leftmost(x: f64, radius: f64) -> f64 {
-    ((x - radius) * LEFT_GRID).round() / LEFT_GRID
+    on_dot_grid(x - radius)
 }
 
-/// The finest grid in a drawing has fewer parts to a unit than this.
-const LEFT_GRID: f64 = (1u64 << 20) as f64;
+/// The finest grid on which dots lie has fewer parts to a unit than this.
+const DOT_GRID: f64 = (1u64 << 20) as f64;
+
+/// The nearest coordinate on that grid, in units.
+pub(super) fn on_dot_grid(v: f64) -> f64 {
+    (v * DOT_GRID).round() / DOT_GRID
+}
 
 /// A coordinate whose last digits rounding has left: eight decimals tell points of the finest grid apart.
 pub(super) fn rounded(value: f64) -> f64 {
