@@ -92,7 +92,7 @@ pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
 
 /// Parts of a pixel on the finest grid on which coordinates lie: differences of any two on a canvas and its surroundings are exact, so
 /// that files hold them exactly whether they are absolute or relative.
-const FINEST_GRID: f64 = (1u64 << 34) as f64;
+const FINEST_GRID: f64 = (1u64 << 32) as f64;
 
 /// The nearest coordinate on that grid.
 pub(crate) fn on_finest_grid(v: f64) -> f64 {

@@ -7,7 +7,7 @@
 //! What is not drawn is transparent, unless a paper is asked for: it covers the page. Without one, what the picture needs is painted
 //! under it on the canvas alone: white under a layered drawing, black under white ink.
 
-use kurbo::BezPath;
+use kurbo::{BezPath, Shape as _};
 
 use crate::base::{Color, Ink};
 use crate::drawing::{Drawing, Mark, Ring, RingPart};
@@ -49,6 +49,22 @@ pub struct Area {
     pub exterior: Outline,
     /// The inner boundaries; none in the layered way.
     pub holes: Vec<Outline>,
+}
+
+impl Area {
+    /// Its area in px^2, without its holes.
+    pub fn area(&self) -> f64 {
+        let of = |outline: &Outline| match outline {
+            Outline::Path(path) => path.area().abs(),
+            Outline::Circle { radius, .. } => circle_area(*radius),
+        };
+        of(&self.exterior) - self.holes.iter().map(of).sum::<f64>()
+    }
+}
+
+/// The area of a circle.
+pub(super) fn circle_area(radius: f64) -> f64 {
+    std::f64::consts::PI * radius * radius
 }
 
 /// Disjoint areas of one ink and one kind.

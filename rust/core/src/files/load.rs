@@ -7,10 +7,11 @@
 //!
 //! What this module does not do: read files of other programs.
 
-use kurbo::{BezPath, PathEl, Point};
+use kurbo::{BezPath, PathEl, Point, Shape as _};
 
 use crate::base::{Control, Ink, Result, on_finest_grid};
 use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
+use crate::files::layers::circle_area;
 use crate::files::sources::Sources;
 use crate::files::write_path::{leftmost, on_dot_grid};
 use crate::outlines::Stipple;
@@ -41,6 +42,16 @@ pub(super) enum Subpath {
         is_exterior: bool,
     },
     Ring(BezPath),
+}
+
+impl Subpath {
+    /// Its area in px^2; of what runs as holes do, below 0.
+    pub(super) fn area(&self) -> f64 {
+        match self {
+            Self::Circle { radius, is_exterior, .. } => circle_area(*radius) * if *is_exterior { 1.0 } else { -1.0 },
+            Self::Ring(path) => path.area(),
+        }
+    }
 }
 
 impl Contents {

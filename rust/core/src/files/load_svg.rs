@@ -14,12 +14,14 @@ use roxmltree::{Document, Node};
 use crate::base::{Color, Control, Ink, Result, in_one_line};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::NAMES;
+use crate::files::layers::{Area, Style};
 use crate::files::load::{Contents, Subpath, rebuild};
 use crate::files::read_path::{PathReader, circle, number};
 use crate::files::sources::Sources;
 use crate::files::strokes::FINER;
 use crate::files::svg::NAMESPACE;
 use crate::files::text_of;
+use crate::options::Inks;
 use crate::photo::check_size;
 
 /// The namespace of SVG.
@@ -64,7 +66,10 @@ pub(super) fn from_svg(bytes: &[u8], control: &Control) -> Result<Drawing> {
     let mut reader = Reader::new(about)?;
     let view = page(root, &reader.contents)?;
     reader.groups(&groups, view)?;
-    rebuild(reader.finish()?, control)
+    let (contents, shown) = reader.finish()?;
+    let drawing = rebuild(contents, control)?;
+    shown.check(&drawing)?;
+    Ok(drawing)
 }
 
 /// The page, as left, top, right and bottom in pixels of the canvas, which has to lie on it.
@@ -216,6 +221,7 @@ struct Reader {
     /// Whether a flat drawing has black, and so whether it is told twice.
     has_black: bool,
     is_twice: bool,
+    shown: Shown,
     /// Colour of the paper.
     paper: Option<[u8; 3]>,
 }
@@ -244,7 +250,7 @@ impl Reader {
             Contents { width, height, units, curves, stipples, ground, provenance, sources }
         };
         let (contents, again) = (empty(provenance), empty(Provenance::default()));
-        Ok(Self { contents, again, has_black: false, is_twice: false, paper: None })
+        Ok(Self { contents, again, has_black: false, is_twice: false, shown: Shown::default(), paper: None })
     }
 
     /// Reads the groups of the root, on a page with these sides.
@@ -331,8 +337,9 @@ impl Reader {
         self.has_black |= is_flat && kind.ink == Ink::Black;
         self.is_twice |= is_again;
         let contents = if is_again { &mut self.again } else { &mut self.contents };
-        let layer = format!("the layer {}", group.attribute("id").unwrap_or_default());
-        let mut is_in_layer = false;
+        let id = group.attribute("id").unwrap_or_default();
+        let layer = format!("the layer {id}");
+        let (mut is_in_layer, mut area) = (false, 0.0);
         for node in drawn_children(group) {
             check_leaf(node)?;
             if let Some(id) = node.attribute("id") {
@@ -345,22 +352,73 @@ impl Reader {
             if is_svg(node, "circle") && kind.is_dots && !has_strokes {
                 check_attributes(node, &["cx", "cy", "r"])?;
                 let [x, y, radius] = ["cx", "cy", "r"].map(|name| coordinate(node, name));
-                take(contents, circle(x?, y?, radius?, contents.units, true), kind);
+                take(contents, &mut area, circle(x?, y?, radius?, contents.units, true), kind);
             } else if is_svg(node, "path") {
-                path(contents, node, kind, has_strokes)?;
+                path(contents, &mut area, node, kind, has_strokes)?;
             } else {
                 return Err(not_ours(node));
             }
         }
+        self.shown.layers.push((id.to_owned(), area));
         Ok(())
     }
 
-    /// What was read, if all that was said twice is the same.
-    fn finish(self) -> Result<Contents> {
+    /// What was read and what it shows, if all that was said twice is the same.
+    fn finish(self) -> Result<(Contents, Shown)> {
         if self.has_black && self.is_twice && marks(&self.contents) != marks(&self.again) {
             return Err(invalid("its white layers are not what the black ones leave"));
         }
-        Ok(self.contents)
+        Ok((self.contents, Shown { paper: self.paper, is_twice: self.is_twice, ..self.shown }))
+    }
+}
+
+/// What a file shows, to be compared with what its drawing would.
+#[derive(Default)]
+struct Shown {
+    /// Ids and areas of the layers, in px^2.
+    layers: Vec<(String, f64)>,
+    paper: Option<[u8; 3]>,
+    is_twice: bool,
+}
+
+/// How far the area of a layer may be from that of the drawing's, as a part of the canvas: sums have other orders.
+const AREA_LEFT: f64 = 1e-9;
+
+impl Shown {
+    /// Checks that the layers and the paper are those of the drawing: what lies along the frame, and what is left out, is told by no
+    /// curve.
+    fn check(&self, drawing: &Drawing) -> Result<()> {
+        let any = |begin: &str| self.layers.iter().any(|(id, _)| id.starts_with(begin));
+        let style = if any("level-") { Style::Layered } else { Style::Flat };
+        let inks = match (any("black"), any("white")) {
+            (false, true) if !self.is_twice => Inks::White,
+            (true, false) if !self.is_twice => Inks::Black,
+            _ => Inks::Both,
+        };
+        if self.layers.is_empty() {
+            // Nothing is on the canvas, so the paper alone is seen.
+            let ground = if self.paper == Some(BLACK) { Ink::Black } else { Ink::White };
+            let is_seen = drawing.regions.iter().all(|region| region.ink == ground);
+            return if is_seen { Ok(()) } else { Err(invalid("its paper is not the ink of a canvas with nothing on it")) };
+        }
+        let expected = drawing.layers(style, inks, None);
+        if self.paper.is_none() && expected.grounds.iter().any(|ground| ground.id == "paper") {
+            return Err(invalid("it has no paper, which its layers need under them"));
+        }
+        let canvas = (drawing.width * drawing.height) as f64;
+        let mut told = self.layers.iter();
+        for layer in &expected.layers {
+            let area: f64 = layer.areas.iter().map(Area::area).sum();
+            match told.next() {
+                Some((id, shown)) if *id == layer.id && (shown - area).abs() <= AREA_LEFT * canvas => {}
+                Some((id, shown)) if *id == layer.id => {
+                    let what = format!("the layer {id} covers {shown:.1} px^2, but what its curves bound has {area:.1}");
+                    return Err(invalid(what));
+                }
+                _ => return Err(invalid(format!("the layer {} is missing", layer.id))),
+            }
+        }
+        told.next().map_or(Ok(()), |(id, _)| Err(invalid(format!("the layer {id} has nothing that its curves bound"))))
     }
 }
 
@@ -371,26 +429,27 @@ fn colour(node: Node<'_, '_>, attribute: &str) -> Result<[u8; 3]> {
 }
 
 /// Reads the data of a path of a layer.
-fn path(contents: &mut Contents, node: Node<'_, '_>, kind: Kind, has_strokes: bool) -> Result<()> {
+fn path(contents: &mut Contents, area: &mut f64, node: Node<'_, '_>, kind: Kind, has_strokes: bool) -> Result<()> {
     let data = node.attribute("d").unwrap_or_default();
     let read = if has_strokes {
         check_attributes(node, &["d", "stroke-width"])?;
         let width = coordinate(node, "stroke-width")?;
-        PathReader::new(data, FINER * contents.units).strokes(0.5 * width, |dot| take(contents, dot, kind))
+        PathReader::new(data, FINER * contents.units).strokes(0.5 * width, |dot| take(contents, area, dot, kind))
     } else {
         check_attributes(node, &["d"])?;
-        PathReader::new(data, contents.units).outlines(|outline| take(contents, outline, kind))
+        PathReader::new(data, contents.units).outlines(|outline| take(contents, area, outline, kind))
     };
     read.map_err(|byte| invalid(format!("the path data of {} in line {} are others at byte {byte}", Named(node), line(node))))
 }
 
-/// Takes up an outline of a layer, if one of its kind can be there: a dot, a ring, or in a flat region a dot as a hole.
-fn take(contents: &mut Contents, outline: Subpath, kind: Kind) -> bool {
+/// Takes up an outline of a layer and its area, if one of its kind can be there: a dot, a ring, or in a flat region a dot as a hole.
+fn take(contents: &mut Contents, area: &mut f64, outline: Subpath, kind: Kind) -> bool {
     let is_possible = match outline {
         Subpath::Circle { is_exterior, .. } => is_exterior == kind.is_dots && (is_exterior || kind.level == 0),
         Subpath::Ring(_) => !kind.is_dots,
     };
     if is_possible {
+        *area += outline.area();
         contents.sources.begin(contents.curves.len(), contents.stipples.len());
         contents.add(outline, kind.ink);
     }
@@ -424,9 +483,7 @@ mod tests {
 
     use super::*;
     use crate::files::export::{Dots, Elements, Export};
-    use crate::files::layers::Style;
     use crate::files::svg::{samples, to_svg};
-    use crate::options::Inks;
     use crate::outlines::Stipple;
 
     fn read(svg: &[u8]) -> Result<Drawing> {
