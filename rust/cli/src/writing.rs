@@ -276,6 +276,7 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         for (name, begin) in [
             ("a.svg", "<svg "),
+            ("a.svgz", "\u{1f}\u{8b}"),
             ("a.pdf", "%PDF-"),
             ("a.eps", "%!PS-Adobe-3.0 EPSF-3.0\n"),
             ("a.dxf", "999\ngraphstipple "),
@@ -288,11 +289,11 @@ mod tests {
         }
         let png = image::open(path("a.png")).unwrap();
         assert_eq!((png.width(), png.height()), (40, 20));
-        for name in ["b.svg", "b.pdf", "b.eps", "b.dxf", "b.png"] {
+        for name in ["b.svg", "b.svgz", "b.pdf", "b.eps", "b.dxf", "b.png"] {
             assert!(save_at(&path(name), "0").is_err(), "{name}");
         }
-        assert_eq!(names(folder.path()), ["a.dxf", "a.eps", "a.json", "a.pdf", "a.png", "a.svg"]);
-        assert_eq!(Format::ALL.len(), 6);
+        assert_eq!(names(folder.path()), ["a.dxf", "a.eps", "a.json", "a.pdf", "a.png", "a.svg", "a.svgz"]);
+        assert_eq!(Format::ALL.len(), 7);
     }
 
     #[test]

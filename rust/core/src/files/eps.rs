@@ -243,8 +243,8 @@ mod tests {
         let layout = Layout { margin: "8px".parse().unwrap(), ..Layout::default() };
         let paper = Some("#ff8000".parse().unwrap());
         let text = to_eps(&samples::nested(), &Export { layout, paper, inks: Inks::Both, ..Export::default() }).unwrap();
-        let page = "-512 -512 m 4608 -512 l 4608 3584 l -512 3584 l h f\n%%EndObject\n";
-        let canvas = "0 0 m 4096 0 l 4096 3072 l 0 3072 l h f\n%%EndObject\n";
+        let page = "-128 -128 m 1280 0 l 0 1024 l -1280 0 l h f\n%%EndObject\n";
+        let canvas = "0 0 m 1024 0 l 0 768 l -1024 0 l h f\n%%EndObject\n";
         let expected = format!(
             "%%BeginObject: Paper\n1 0.502 0 setrgbcolor\n{page}%%BeginObject: Underlay\n0 setgray\n{canvas}%%BeginObject: Black"
         );

@@ -560,6 +560,7 @@ mod tests {
     fn an_empty_canvas_keeps_its_ink() {
         for ink in [Ink::White, Ink::Black] {
             let mut empty = samples::drawing(8, 8, vec![], &[]);
+            empty.order = vec![crate::drawing::Mark::Region(0)];
             empty.regions = vec![crate::drawing::Region {
                 ink,
                 level: u32::from(ink == Ink::Black),
@@ -671,6 +672,25 @@ mod tests {
             let expected = "its white layers are not what the black ones leave";
             assert_eq!(told(&drawing.replacen(data, to, 1)), expected);
         }
+    }
+
+    /// A file without the groups whose ids begin so.
+    fn without(export: &Export, begin: &str) -> String {
+        let svg = to_svg(&drawing(), export).unwrap();
+        let mut groups = svg.split("<g id=\"").map(str::to_owned);
+        let head = groups.next().unwrap();
+        let left: Vec<String> = groups.filter(|group| !group.starts_with(begin)).map(|group| format!("<g id=\"{group}")).collect();
+        let end = if left.last().is_some_and(|group| group.ends_with("</svg>\n")) { "" } else { "</svg>\n" };
+        format!("{head}{}{end}", left.concat())
+    }
+
+    #[test]
+    fn what_a_file_shows_is_what_its_curves_bound() {
+        let white = Export { inks: Inks::White, ..Export::default() };
+        let needed = "it has no paper, which its layers need under them";
+        assert_eq!([&white, &layered()].map(|export| told(&without(export, "paper"))), [needed; 2]);
+        // Black is seen, and nothing says that the canvas is.
+        assert_eq!(told(&without(&white, "white")), "its paper is not the ink of a canvas with nothing on it");
     }
 
     #[test]

@@ -214,7 +214,8 @@ impl Writer {
 
     /// What whoever gets the drawing's file should know: one sentence, if there is something to say.
     pub fn warning(&self, drawing: &Drawing) -> Option<String> {
-        self.format.settings.contains(&"style").then(|| too_long(drawing)).flatten()
+        let has_paths = !self.format.has_pixels() && self.format.settings.contains(&"style");
+        has_paths.then(|| too_long(drawing)).flatten()
     }
 
     /// The bytes of a drawing's file. The same drawing always gives the same.

@@ -387,7 +387,8 @@ mod tests {
     fn ink_is_area() {
         let drawing = samples::field_of_blobs(400);
         let dots: f64 = drawing.stipples.iter().map(|s| s.radius * s.radius * std::f64::consts::PI).sum();
-        let regions: f64 = drawing.regions.iter().map(|r| r.enclosed_area).sum();
+        let black = drawing.regions.iter().filter(|region| region.ink == Ink::Black);
+        let regions: f64 = black.map(|region| region.enclosed_area).sum();
         let full = samples::drawing(drawing.width, drawing.height, drawing.curves.iter().map(|c| (c.clone(), 1)).collect(), &[]);
         for scale in [1usize, 2, 4] {
             let area = (scale * scale) as f64;

@@ -493,7 +493,8 @@ mod tests {
         assert!(paths.len() > 2 && paths.len() < 30, "{}", paths.len());
         let moves: usize = paths.iter().map(|p| p.1.elements().iter().filter(|e| matches!(e, PathEl::MoveTo(_))).count()).sum();
         assert_eq!(moves, 40_000);
-        let regions: f64 = sample.regions.iter().map(|r| r.enclosed_area).sum();
+        let black = sample.regions.iter().filter(|region| region.ink == Ink::Black);
+        let regions: f64 = black.map(|region| region.enclosed_area).sum();
         let dots: f64 = sample.stipples.iter().map(|s| s.radius * s.radius * std::f64::consts::PI).sum();
         let written: f64 = paths.iter().map(|p| p.1.area()).sum();
         // These blobs lie on no grid and are written with all their digits; kurbo makes the arcs of dots of cubics.
