@@ -89,10 +89,7 @@ fn wrong_usage_is_two_and_one_line() {
     let see = " (see graphstipple --help)";
     for (arguments, message) in [
         ("photo.png", format!("the following required arguments were not provided: --output <FILE>{see}")),
-        (
-            "photo.png -o a.svg --crispnes 1",
-            format!("unexpected argument '--crispnes' found; a similar argument exists: '--crispness'{see}"),
-        ),
+        ("photo.png -o a.svg --crispnes 1", format!("unexpected argument '--crispnes' found; did you mean --crispness?{see}")),
         (
             "photo.png -o a.svg --density 1",
             format!(
