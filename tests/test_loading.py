@@ -202,7 +202,7 @@ def test_mutants_are_drawings_or_refused(suffix: str, tmp_path: Path) -> None:
         except Exception as error:
             raise AssertionError(f"mutant {seed} was loaded") from error
     # Enough of both kinds.
-    assert 0.1 * MUTANTS < accepted < 0.9 * MUTANTS
+    assert 0.05 * MUTANTS < accepted < 0.9 * MUTANTS
 
 
 WHOLE = square(2, 8)
@@ -221,7 +221,7 @@ KINDS: dict[str, tuple[str, str]] = {
         "black .* white|white .* black",
     ),
     "a dot whose polygon crosses a curve": (
-        document(20, 20, [ring((13.25, 10), (19, 7), (19, 13))], [(10, 10, 3.125, 0)], units=1),
+        document(20, 20, [ring((12.96, 11.22), (19, 11), (19, 14))], [(10, 10, 3.125, 0)], units=1),
         "touches or crosses",
     ),
     "a curve along the frame": (document(10, 10, [ring((0, 2), (5, 5), (0, 8))]), "edge of the canvas"),

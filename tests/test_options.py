@@ -309,6 +309,11 @@ BY_NAME = {
         ("nodes", file): "how many nodes a drawing came to have"
         for file in ("rust/cli/src/drawn.rs", "rust/py/src/drawing.rs", "rust/py/src/within.rs")
     },
+    ("nodes", "rust/py/src/session.rs"): "the fewest that a session's photo may have to be read again for",
+    **{
+        ("threads", file): "how many work, which whoever starts the work has to know"
+        for file in ("rust/cli/src/lib.rs", *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "session", "stages", "watch")))
+    },
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
     ("density", "python/graphstipple/_core.pyi"): "an argument of a stage",
