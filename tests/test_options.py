@@ -312,7 +312,10 @@ BY_NAME = {
     ("nodes", "rust/py/src/session.rs"): "the fewest that a session's photo may have to be read again for",
     **{
         ("threads", file): "how many work, which whoever starts the work has to know"
-        for file in ("rust/cli/src/lib.rs", *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "session", "stages", "watch")))
+        for file in (
+            "rust/cli/src/lib.rs",
+            *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "session", "stages", "watch")),
+        )
     },
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",

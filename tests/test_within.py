@@ -80,12 +80,12 @@ def test_a_session_and_draw_find_the_same_and_the_session_goes_on(small):
 
 
 def test_the_settings_of_the_file_count(tmp_path, small):
-    written = {"suffix": "pdf", "page": "A4", "style": "layered", "min_dot": "3mm"}
+    written = {"suffix": "pdf", "page": "A4", "style": "layered", "min_dot": "8mm"}
     drawing = gs.draw(small, max_bytes="6kB", written=written)
     drawing.save(tmp_path / "out.pdf", page="A4", style="layered")
     assert drawing.stats["within"]["bytes"] == (tmp_path / "out.pdf").stat().st_size <= 6000
     assert drawing.stats["dots_enlarged"] + drawing.stats["dots_dropped"] > 0
-    plain = gs.draw(small, options=drawing.options).with_min_dot("3mm", page="A4")
+    plain = gs.draw(small, options=drawing.options).with_min_dot("8mm", page="A4")
     assert plain.svg() == drawing.svg()
     assert drawing.stats["seconds"]["total"] >= plain.stats["seconds"]["total"] / 100
     assert {"saliency", "diffusion", "outlines", "decoding"} <= set(drawing.stats["seconds"])

@@ -211,7 +211,11 @@ def noise(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @posix
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT], ids=lambda number: number.name)
-def test_signals_leave_nothing_behind(program: Path, noise: Path, number: signal.Signals) -> None:
+def test_signals_leave_nothing_behind(program: Path, noise: Path, number: signal.Signals, request: pytest.FixtureRequest) -> None:
+    # What is ignored here, as under nohup, would be ignored there.
+    before = signal.signal(number, signal.SIG_DFL) if signal.getsignal(number) == signal.SIG_IGN else None
+    if before is not None:
+        request.addfinalizer(lambda: signal.signal(number, before))
     command = [program, "photo.png", "-o", "a.png", "--width", "7000px", "--preview", "b.png"]
     began = time.monotonic()
     subprocess.run(command, cwd=noise, check=True, timeout=60)

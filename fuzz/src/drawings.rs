@@ -112,7 +112,7 @@ fn cross(a: [Point; 2], b: [Point; 2]) -> bool {
 
 /// Even levels are white, odd ones black, and every mark is painted once.
 fn check_levels(drawing: &Drawing) {
-    let ink_of = |level: u32| if level % 2 == 0 { Ink::White } else { Ink::Black };
+    let ink_of = |level: u32| if level.is_multiple_of(2) { Ink::White } else { Ink::Black };
     assert!(drawing.regions.iter().all(|region| region.ink == ink_of(region.level)));
     assert!(drawing.stipples.iter().all(|dot| dot.ink == ink_of(dot.level)));
     let painted: usize = drawing.levels().iter().map(|level| level.marks.len()).sum();
