@@ -26,6 +26,6 @@ pub(crate) use paths::{
     POLYGON_REACH, ROOM, STAR_FILL, bend_of_cubic, bend_of_quad, circle_polygon, flatten_cubic, flatten_path, flatten_quad,
     flattened_edges, flattening_steps, flattening_tolerance, is_closed, is_mirrored,
 };
-pub(crate) use plane::{Frame, Place, distance_to_segment, on_finest_grid};
+pub(crate) use plane::{FINEST_GRID, Frame, Place, distance_to_segment, segments_meet, side_of, snap};
 pub use plane::{Side, signed_area};
 pub use pool::Pool;

@@ -1,6 +1,7 @@
 //! The plane of the canvas: its frame with four sides, distances and areas.
 
 use kurbo::Point;
+use robust::{Coord, orient2d};
 
 /// A side of the frame, in the order in which a ring with positive area runs along it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -90,11 +91,29 @@ pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
     sum / 2.0
 }
 
-/// Parts of a pixel on the finest grid on which coordinates lie: differences of any two on a canvas and its surroundings are exact, so
-/// that files hold them exactly whether they are absolute or relative.
-const FINEST_GRID: f64 = (1u64 << 32) as f64;
+/// The point of a grid of so many units to a pixel that is nearest to p.
+pub(crate) fn snap(p: Point, units: f64) -> Point {
+    Point::new((p.x * units).round() / units, (p.y * units).round() / units)
+}
 
-/// The nearest coordinate on that grid.
-pub(crate) fn on_finest_grid(v: f64) -> f64 {
-    (v * FINEST_GRID).round() / FINEST_GRID
+/// Units to a pixel of the finest grid on which coordinates lie: differences of any two on a canvas and its surroundings are exact, so
+/// that files hold them exactly whether they are absolute or relative.
+pub(crate) const FINEST_GRID: f64 = (1u64 << 32) as f64;
+
+/// Which side of the line from one point to another a third one lies on, exactly: 0 on the line, and above 0 to the left of a line
+/// that falls, as a reader sees it.
+pub(crate) fn side_of([from, to]: [[f64; 2]; 2], p: [f64; 2]) -> f64 {
+    let coord = |[x, y]: [f64; 2]| Coord { x, y };
+    orient2d(coord(from), coord(to), coord(p))
+}
+
+/// Whether two segments have a point in common, their ends included; exactly.
+pub(crate) fn segments_meet(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
+    let range = |[p, q]: [[f64; 2]; 2], axis: usize| [p[axis].min(q[axis]), p[axis].max(q[axis])];
+    // The boxes tell segments on one line apart.
+    let boxes_meet = (0..2).all(|axis| {
+        let ([a_low, a_high], [b_low, b_high]) = (range(a, axis), range(b, axis));
+        a_low <= b_high && b_low <= a_high
+    });
+    boxes_meet && side_of(a, b[0]) * side_of(a, b[1]) <= 0.0 && side_of(b, a[0]) * side_of(b, a[1]) <= 0.0
 }

@@ -13,9 +13,8 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use robust::{Coord, orient2d};
 
-use crate::base::{Control, Result};
+use crate::base::{Control, Result, segments_meet, side_of};
 
 /// Points after which cancellation is looked for.
 const LOOK_EVERY: usize = 1 << 14;
@@ -132,32 +131,16 @@ fn order(a: [f64; 2], b: [f64; 2]) -> Ordering {
     a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0]))
 }
 
-/// Positive if a point lies to the left of an edge that falls, as a reader sees it.
-fn side([from, to]: Edge, p: [f64; 2]) -> f64 {
-    let coord = |[x, y]: [f64; 2]| Coord { x, y };
-    orient2d(coord(from), coord(to), coord(p))
-}
-
 /// Two points in their order.
 type Edge = [[f64; 2]; 2];
 
 /// Whether two edges have a point in common, other than one in which both begin or both end.
 fn meet(a: Edge, b: Edge) -> bool {
-    let (of_a, of_b) = (b.map(|p| side(a, p)), a.map(|p| side(b, p)));
     if a[0] == b[0] || a[1] == b[1] {
         // They lie on one another if they are in line.
-        let other = usize::from(a[0] == b[0]);
-        return of_a[other] == 0.0;
+        return side_of(a, b[usize::from(a[0] == b[0])]) == 0.0;
     }
-    let apart = |[first, last]: [f64; 2]| first * last > 0.0;
-    if apart(of_a) || apart(of_b) {
-        return false;
-    }
-    // Beside edges that cross, there are those that touch, and those in line that may have a gap between them.
-    let is_within = |edge: Edge, p: [f64; 2]| order(edge[0], p) != Ordering::Greater && order(p, edge[1]) != Ordering::Greater;
-    let touches = |edge: Edge, sides: [f64; 2], other: Edge| (0..2).any(|end| sides[end] == 0.0 && is_within(edge, other[end]));
-    let crosses = of_a.iter().chain(&of_b).all(|side| *side != 0.0);
-    crosses || touches(a, of_a, b) || touches(b, of_b, a)
+    segments_meet(a, b)
 }
 
 /// A piece of a line along which the order of points rises.
@@ -342,8 +325,8 @@ impl Ord for UnderWay<'_> {
         let (own, its) = (self.edge(), other.edge());
         // The edge that begins later is seen from the one that was there.
         let seen_from = |edge: Edge, seen: Edge| {
-            let begin = side(edge, seen[0]);
-            let decides = if begin == 0.0 { side(edge, seen[1]) } else { begin };
+            let begin = side_of(edge, seen[0]);
+            let decides = if begin == 0.0 { side_of(edge, seen[1]) } else { begin };
             0.0.partial_cmp(&decides).unwrap_or(Ordering::Equal)
         };
         let is_earlier = order(own[0], its[0]) == Ordering::Less;

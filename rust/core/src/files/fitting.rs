@@ -14,9 +14,8 @@ use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveDeriv, PathSeg, Point, Rect, Vec2};
-use robust::{Coord, orient2d};
 
-use crate::base::{distance_to_segment, flatten_cubic, is_closed};
+use crate::base::{distance_to_segment, flatten_cubic, is_closed, segments_meet, snap};
 use crate::drawing::Drawing;
 
 /// Pieces that one cubic stands for, at most.
@@ -63,11 +62,6 @@ pub(crate) fn with_few_cubics(drawing: &Drawing, units: f64) -> Drawing {
     Drawing { curves: curves.iter().map(Fitted::path).collect(), ..drawing.clone() }
 }
 
-/// The point of a grid that is nearest.
-fn on_grid(p: Point, units: f64) -> Point {
-    Point::new((p.x * units).round() / units, (p.y * units).round() / units)
-}
-
 /// A curve as runs of its pieces.
 struct Fitted {
     /// The pieces on the grid; cubics and lines.
@@ -104,10 +98,10 @@ impl Fitted {
             runs.push(best);
         }
         let rounded = original.iter().map(|piece| match piece {
-            PathSeg::Line(line) => PathSeg::Line(kurbo::Line::new(on_grid(line.p0, units), on_grid(line.p1, units))),
+            PathSeg::Line(line) => PathSeg::Line(kurbo::Line::new(snap(line.p0, units), snap(line.p1, units))),
             curved => {
                 let CubicBez { p0, p1, p2, p3 } = curved.to_cubic();
-                let [p0, p1, p2, p3] = [p0, p1, p2, p3].map(|p| on_grid(p, units));
+                let [p0, p1, p2, p3] = [p0, p1, p2, p3].map(|p| snap(p, units));
                 PathSeg::Cubic(CubicBez { p0, p1, p2, p3 })
             }
         });
@@ -167,7 +161,7 @@ impl Source {
     /// angle has none: it could not be told from a loop.
     fn cubic(&self, run: Range<usize>, bound: f64, units: f64) -> Option<CubicBez> {
         let (first, last) = (run.start * SAMPLES, run.end * SAMPLES);
-        let (begin, end) = (on_grid(self.points[first], units), on_grid(self.points[last], units));
+        let (begin, end) = (snap(self.points[first], units), snap(self.points[last], units));
         let chord = end - begin;
         let ends = &self.directions[run.clone()];
         if !ends.iter().all(|ends| ends.is_some_and(|ends| ends.iter().all(|direction| direction.dot(chord) > 0.0))) {
@@ -184,7 +178,7 @@ impl Source {
             }
             cubic = least_squares([begin, end], [out, home], samples, &at)?;
         }
-        let cubic = CubicBez { p1: on_grid(cubic.p1, units), p2: on_grid(cubic.p2, units), ..cubic };
+        let cubic = CubicBez { p1: snap(cubic.p1, units), p2: snap(cubic.p2, units), ..cubic };
         improve(&cubic, samples, &mut at);
         let is_within = samples.iter().zip(&at).all(|(sample, t)| (cubic.eval(*t) - *sample).hypot2() <= bound * bound);
         is_within.then_some(cubic)
@@ -321,17 +315,8 @@ fn do_meet(a: &Edge, b: &Edge) -> bool {
     if a.curve == b.curve && (a1 == b0 || b1 == a0) {
         return false;
     }
-    let side = |p: Point, q: Point, r: Point| orient2d(coord(p), coord(q), coord(r));
-    let apart = |a: [f64; 2], b: [f64; 2]| a[0].max(a[1]) < b[0].min(b[1]) || b[0].max(b[1]) < a[0].min(a[1]);
-    // The boxes tell edges on one line apart.
-    !apart([a0.x, a1.x], [b0.x, b1.x])
-        && !apart([a0.y, a1.y], [b0.y, b1.y])
-        && side(a0, a1, b0) * side(a0, a1, b1) <= 0.0
-        && side(b0, b1, a0) * side(b0, b1, a1) <= 0.0
-}
-
-fn coord(p: Point) -> Coord<f64> {
-    Coord { x: p.x, y: p.y }
+    let [a, b] = [a, b].map(|edge| edge.ends.map(|p| [p.x, p.y]));
+    segments_meet(a, b)
 }
 
 #[cfg(test)]

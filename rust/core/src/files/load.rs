@@ -9,7 +9,7 @@
 
 use kurbo::{BezPath, PathEl, Point, Shape as _};
 
-use crate::base::{Control, Ink, Result, on_finest_grid};
+use crate::base::{Control, FINEST_GRID, Ink, Result, snap};
 use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
 use crate::files::layers::circle_area;
 use crate::files::sources::Sources;
@@ -126,7 +126,7 @@ pub(super) fn rebuild(contents: Contents, control: &Control) -> Result<Drawing> 
 /// A curve as every file of it gives it back, whoever wrote this one: on a grid, without lines of no length, and if it is closed,
 /// back at its begin.
 fn settled(curve: &BezPath) -> BezPath {
-    let on_grid = |p: Point| Point::new(on_finest_grid(p.x), on_finest_grid(p.y));
+    let on_grid = |p: Point| snap(p, FINEST_GRID);
     let mut settled = BezPath::with_capacity(curve.elements().len() + 1);
     let (mut begin, mut at) = (None, None);
     for element in curve.elements() {

@@ -18,6 +18,7 @@ mod pdf;
 pub mod raster;
 mod read_path;
 mod sources;
+mod strips;
 mod strokes;
 mod svg;
 mod svgz;

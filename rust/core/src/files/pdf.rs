@@ -13,7 +13,6 @@
 //!
 //! What this module does not do: fonts, images, or more than a page.
 
-use std::cmp::Ordering;
 use std::io::Write;
 
 use flate2::Compression;
@@ -28,6 +27,7 @@ use crate::files::export::Export;
 use crate::files::fitting::with_few_cubics;
 use crate::files::layers::{Area, Layers, Outline};
 use crate::files::layout::Placement;
+use crate::files::strips::sort_in_strips;
 
 /// The longest side of a page in the PDF's own units that Acrobat and others take. A longer page has larger units.
 const LONGEST_SIDE: f64 = 14_400.0;
@@ -230,15 +230,11 @@ fn dots(content: &mut Content, circles: Vec<[f64; 3]>, sizes: &mut Sizes, units:
     }
 }
 
-/// Sorts circles so that the way from one to the next is short: in strips, one to the right and the next to the left.
+/// Sorts circles in strips that hold a few beside each other.
 fn to_and_fro(circles: &mut [[f64; 3]]) {
     let far = |axis: usize| circles.iter().fold(0.0, |far: f64, circle| far.max(circle[axis]));
     let strip = (3.0 * far(0) * far(1) / circles.len() as f64).sqrt().max(1.0);
-    let key = |[x, y, _]: &[f64; 3]| {
-        let number = (y / strip).floor();
-        [number, if number % 2.0 == 0.0 { *x } else { -x }, *y]
-    };
-    circles.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
+    sort_in_strips(circles, strip, |[x, y, _]| [*x, *y]);
 }
 
 /// A point in units, and what is done at it: the operator it ends, or a space; whether the path closes; whether it is filled.

@@ -15,6 +15,7 @@ use kurbo::Point;
 use crate::base::{Ink, Result};
 use crate::drawing::Drawing;
 use crate::files::layers::{Area, Outline};
+use crate::files::strips::sort_in_strips;
 use crate::files::write_path::{leftmost, rounded};
 use crate::outlines::Stipple;
 
@@ -66,11 +67,7 @@ pub(super) fn by_radius(areas: &[Area], units: f64, canvas: [usize; 2]) -> Vec<(
     let [width, height] = canvas.map(|side| side as f64 * units);
     for centres in classes.values_mut() {
         let strip = (2.0 * width * height / centres.len() as f64).sqrt();
-        let place = |p: &Point| {
-            let row = (p.y / strip).floor();
-            (row, if row % 2.0 == 0.0 { p.x } else { -p.x }, p.y)
-        };
-        centres.sort_by(|a, b| place(a).partial_cmp(&place(b)).expect("centres are numbers"));
+        sort_in_strips(centres, strip, |p| [p.x, p.y]);
     }
     classes.into_iter().map(|(radius, centres)| (f64::from_bits(radius), centres)).collect()
 }

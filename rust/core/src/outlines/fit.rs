@@ -8,10 +8,10 @@
 
 use kurbo::{BezPath, Point, QuadBez, Vec2};
 
-use crate::base::{Frame, Side, flattening_tolerance, on_finest_grid};
+use crate::base::{FINEST_GRID, Frame, Side, flattening_tolerance, snap};
 use crate::outlines::simplify::Simplifier;
 use crate::outlines::sleeve::{CrossingEdge, Sleeve};
-use crate::outlines::spline::{FINER_GRIDS, Spline, joints, snap, spacing, units_per_pixel};
+use crate::outlines::spline::{FINER_GRIDS, Spline, joints, spacing, units_per_pixel};
 
 /// What a contour is fitted with.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +60,10 @@ impl Fit {
         let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
         let snapped = joints(&controls, self.frame, ends);
         let on_grid = |(k, joint): (usize, &Point)| {
-            std::iter::once(snapped[k]).chain(fit.snapped(*joint)).find(|p| sleeve.cell(k).holds(*p)).unwrap_or(fit.finest(*joint))
+            std::iter::once(snapped[k])
+                .chain(fit.snapped(*joint))
+                .find(|p| sleeve.cell(k).holds(*p))
+                .unwrap_or(snap(*joint, FINEST_GRID))
         };
         let joints: Vec<Point> = spline.joints.iter().enumerate().map(on_grid).collect();
         let mut scratch = Vec::new();
@@ -78,17 +81,12 @@ impl Fit {
     /// cells.
     fn corner(&self, sleeve: &Sleeve, k: usize, [from, to]: [Point; 2], directions: [Vec2; 2]) -> Point {
         let crossing = sleeve.crossings[k];
-        self.snapped(crossing).find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(self.finest(crossing))
+        self.snapped(crossing).find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(snap(crossing, FINEST_GRID))
     }
 
     /// A point on the grid and on finer ones, the coarsest first.
     fn snapped(self, p: Point) -> impl Iterator<Item = Point> {
         FINER_GRIDS.iter().map(move |finer| self.snap(p, *finer))
-    }
-
-    /// A point that none of these keeps where it has to be.
-    fn finest(self, p: Point) -> Point {
-        Point::new(on_finest_grid(p.x), on_finest_grid(p.y))
     }
 
     fn snap(&self, p: Point, finer: f64) -> Point {

@@ -26,8 +26,9 @@ use std::ops::Range;
 
 use kurbo::{ParamCurveArea, Point, QuadBez, Vec2};
 
+use crate::base::snap;
 use crate::outlines::sleeve::Sleeve;
-use crate::outlines::spline::{Spline, snap};
+use crate::outlines::spline::Spline;
 
 /// The most pieces that one replaces: more hardly ever fit, and looking further costs time.
 const LONGEST_RUN: usize = 16;

@@ -38,11 +38,6 @@ pub(super) fn spacing(nodes_per_pixel: f64) -> f64 {
     (1.15 / nodes_per_pixel).sqrt()
 }
 
-/// The point of a grid that is nearest to p.
-pub(super) fn snap(p: Point, units: f64) -> Point {
-    Point::new((p.x * units).round() / units, (p.y * units).round() / units)
-}
-
 /// The points in which the pieces of a spline join, from begin to end.
 pub(super) fn joints(controls: &[Point], frame: Frame, ends: Option<[Side; 2]>) -> Vec<Point> {
     let (first, last) = (controls[0], controls[controls.len() - 1]);
