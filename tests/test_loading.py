@@ -92,6 +92,25 @@ def test_every_drawing_survives_every_file_and_least_dot(name: str, preset: str,
         assert same_files(gs.load(tmp_path / "larger.svg"), larger)
 
 
+@pytest.mark.parametrize(
+    ("seed", "size", "options"),
+    [
+        (8480, (6, 22), {"density": 0.3, "tolerance": 2.0, "stipple_max": 0.4}),
+        (9566, (11, 29), {"density": 1.0, "tolerance": 1.0, "stipple_scale": 4.0, "stipple_max": 0.4}),
+        (18757, (28, 33), {"density": 1.0, "tolerance": 2.0, "stipple_scale": 4.0, "stipple_min": 0.8, "stipple_max": 0.9}),
+    ],
+)
+def test_control_points_on_the_edge_of_the_canvas_survive_every_file(
+    seed: int, size: tuple[int, int], options: dict[str, float], tmp_path: Path
+) -> None:
+    # Rounded up to the edge from beyond it, a coordinate was -0, which relative numbers do not keep.
+    drawing = gs.draw(noise(seed, *size), importance="none", options=options_with(**options))
+    assert "-0," not in drawing.json()
+    for number, how in enumerate(STYLES):
+        drawing.save(tmp_path / f"{number}.svg", **how)
+        assert same_files(gs.load(tmp_path / f"{number}.svg"), drawing)
+
+
 # Others --------------------------------------------------------------------------------------------------------------------------
 
 MUTANTS = int(os.environ.get("GRAPHSTIPPLE_MUTANTS", "150"))

@@ -91,9 +91,9 @@ pub fn signed_area(ring: &[[f64; 2]]) -> f64 {
     sum / 2.0
 }
 
-/// The point of a grid of so many units to a pixel that is nearest to p.
+/// The point of a grid of so many units to a pixel that is nearest to p; never -0, which relative numbers do not keep.
 pub(crate) fn snap(p: Point, units: f64) -> Point {
-    Point::new((p.x * units).round() / units, (p.y * units).round() / units)
+    Point::new((p.x * units).round() / units + 0.0, (p.y * units).round() / units + 0.0)
 }
 
 /// Units to a pixel of the finest grid on which coordinates lie: differences of any two on a canvas and its surroundings are exact, so
@@ -116,4 +116,32 @@ pub(crate) fn segments_meet(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
         a_low <= b_high && b_low <= a_high
     });
     boxes_meet && side_of(a, b[0]) * side_of(a, b[1]) <= 0.0 && side_of(b, a[0]) * side_of(b, a[1]) <= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_snapped_to_minus_zero() {
+        let Point { x, y } = snap(Point::new(-0.01, -0.0), 16.0);
+        assert!(x == 0.0 && y == 0.0 && x.is_sign_positive() && y.is_sign_positive());
+        assert_eq!(snap(Point::new(-0.04, 0.04), 16.0), Point::new(-0.0625, 0.0625));
+    }
+
+    #[test]
+    fn segments_meet_where_they_cross_touch_or_lie_on_each_other() {
+        let a = [[0.0, 0.0], [4.0, 2.0]];
+        for (b, meets) in [
+            ([[0.0, 2.0], [4.0, 0.0]], true),
+            ([[2.0, 1.0], [2.0, 9.0]], true),
+            ([[4.0, 2.0], [5.0, 0.0]], true),
+            ([[2.0, 1.0], [8.0, 4.0]], true),
+            ([[6.0, 3.0], [8.0, 4.0]], false),
+            ([[2.0, 1.0_f64.next_up()], [2.0, 9.0]], false),
+            ([[0.0, 1.0], [4.0, 3.0]], false),
+        ] {
+            assert_eq!([segments_meet(a, b), segments_meet(b, a)], [meets; 2], "{b:?}");
+        }
+    }
 }

@@ -13,6 +13,9 @@ use crate::outlines::simplify::Simplifier;
 use crate::outlines::sleeve::{CrossingEdge, Sleeve};
 use crate::outlines::spline::{FINER_GRIDS, Spline, joints, spacing, units_per_pixel};
 
+/// Units to a pixel of the grid for points that no coarser one keeps where they have to be: middles of two of them lie on the finest.
+const LAST_GRID: f64 = 0.5 * FINEST_GRID;
+
 /// What a contour is fitted with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fit {
@@ -63,7 +66,7 @@ impl Fit {
             std::iter::once(snapped[k])
                 .chain(fit.snapped(*joint))
                 .find(|p| sleeve.cell(k).holds(*p))
-                .unwrap_or(snap(*joint, FINEST_GRID))
+                .unwrap_or(snap(*joint, LAST_GRID))
         };
         let joints: Vec<Point> = spline.joints.iter().enumerate().map(on_grid).collect();
         let mut scratch = Vec::new();
@@ -81,7 +84,7 @@ impl Fit {
     /// cells.
     fn corner(&self, sleeve: &Sleeve, k: usize, [from, to]: [Point; 2], directions: [Vec2; 2]) -> Point {
         let crossing = sleeve.crossings[k];
-        self.snapped(crossing).find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(snap(crossing, FINEST_GRID))
+        self.snapped(crossing).find(|p| sleeve.holds(&[from, *p, to], k, k + 1, directions)).unwrap_or(snap(crossing, LAST_GRID))
     }
 
     /// A point on the grid and on finer ones, the coarsest first.

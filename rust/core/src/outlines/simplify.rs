@@ -557,6 +557,7 @@ impl<'a> Simplifier<'a> {
 
 /// The four points of a grid around p.
 fn corners(p: Point, units: f64) -> [Point; 4] {
-    let [x, y] = [p.x, p.y].map(|v| [(v * units).floor() / units, (v * units).ceil() / units]);
+    // Not -0, as `snap` gives none.
+    let [x, y] = [p.x, p.y].map(|v| [(v * units).floor() / units + 0.0, (v * units).ceil() / units + 0.0]);
     std::array::from_fn(|k| Point::new(x[k % 2], y[k / 2]))
 }
