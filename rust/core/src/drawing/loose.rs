@@ -119,16 +119,35 @@ impl Loose {
         };
         let of_curves = self.curves.par_iter().enumerate().map(line);
         let of_dots = self.stipples.par_iter().enumerate().map(|(number, dot)| {
-            // As regions have it for a hole.
             let points = circle_polygon([dot.x, dot.y], dot.radius, tolerance);
             let refused = |what| (Shape::Stipple(number), what);
             if !points.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
                 return Err(refused("does not lie on the canvas"));
             }
-            Line::new(points.into_iter(), true).ok_or_else(|| refused("is too small"))
+            let points = around(dot, &points);
+            // Of a dot that is lost in the last digits of its place, nothing is left to divide by.
+            let is_there = points.iter().flatten().all(|v| v.is_finite());
+            Line::new(points.into_iter(), true).filter(|_| is_there).ok_or_else(|| refused("is too small"))
         });
         of_curves.chain(of_dots).collect()
     }
+}
+
+/// A polygon around the circle of a dot and around its own polygon, which regions have for a hole. Between two corners of that one, where
+/// the circle reaches beyond the side, there is another: as far out as the tangents from both corners meet.
+fn around(dot: &Stipple, polygon: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let out = |[x, y]: [f64; 2]| [x - dot.x, y - dot.y];
+    let length = |[x, y]: [f64; 2]| (x * x + y * y).sqrt();
+    let half = std::f64::consts::PI / polygon.len() as f64;
+    let to_tangent = libm::acos((dot.radius / length(out(polygon[0]))).min(1.0));
+    let reach = dot.radius / libm::cos((half - to_tangent).max(0.0));
+    let with_next = |(k, corner): (usize, &[f64; 2])| {
+        let next = polygon[(k + 1) % polygon.len()];
+        let [x, y] = out([0.5 * (corner[0] + next[0]), 0.5 * (corner[1] + next[1])]);
+        let scale = reach / length([x, y]);
+        [*corner, [dot.x + scale * x, dot.y + scale * y]]
+    };
+    polygon.iter().enumerate().flat_map(with_next).collect()
 }
 
 /// How many points a curve is flattened to, at most.
@@ -240,6 +259,8 @@ mod tests {
             (vec![], vec![[5.0, 5.0, 4.0], [5.0, 5.0, 1.0]], "Stipple(1) lies in Stipple(0)"),
             (vec![], vec![[5.0, 5.0, 6.0]], "Stipple(0) does not lie on the canvas"),
             (vec![], vec![[5.0, 5.0, 0.0]], "Stipple(0) has no radius above 0"),
+            (vec![], vec![[5.0, 5.0, 1e-300]], "Stipple(0) is too small"),
+            (vec![], vec![[5.0, 5.0, 5e-16]], "Stipple(0) is too small"),
             (vec![RING], vec![[20.0, 10.0, 2.0]], "Stipple(0) is black and lies in black"),
             (vec![RING], vec![[9.0, 10.0, 1.0]], "Curve(0) touches or crosses Stipple(0) near (9.3, 9.0)"),
         ] {

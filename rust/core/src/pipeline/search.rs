@@ -72,7 +72,8 @@ impl Search {
         let of_asked = self.sizes.iter().filter(|(trial, _)| trial.nodes.is_none());
         if of_asked.clone().any(|(_, share)| *share <= 1.0) {
             let sizes: Vec<[f64; 2]> = of_asked.map(|(trial, share)| [trial.tolerance, share.ln()]).collect();
-            let tolerance = rounded(coarser(&sizes, 0.0)?);
+            // Whole steps, but no finer than what was asked for and no coarser than the largest.
+            let tolerance = rounded(coarser(&sizes, 0.0)?).clamp(self.asked, self.simplest);
             return if self.is_tried(Trial { tolerance, nodes: None }) { None } else { as_asked(tolerance) };
         }
         // From here on there are fewer nodes, all with the largest tolerance.
