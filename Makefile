@@ -49,8 +49,9 @@ $(EVALUATION): $(PACKAGE) benches/evaluation/pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e benches/evaluation
 	touch $@
 
+# Both packages are named so that libraries have the features that the extension wants: they are built once for both.
 $(BINARY): $(RUST)
-	cargo build --release --locked
+	cargo build --release --locked --package graphstipple-cli --package graphstipple-py --bin graphstipple
 	touch $@
 
 demo: $(PACKAGE) $(BINARY)
@@ -60,15 +61,15 @@ demo: $(PACKAGE) $(BINARY)
 	@echo "The native binary drew the same: out/astronaut-binary.svg"
 
 test: $(PACKAGE) $(EVALUATION) $(BINARY)
-	cargo test --workspace --exclude graphstipple-py --locked
+	cargo test --release --config rust/checked.toml --workspace --locked
 	$(BIN)/python -m pytest
 
 lint: $(PACKAGE) $(EVALUATION)
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo clippy --release --workspace --all-targets --locked -- -D warnings
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
-	cargo clippy --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --locked -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --package graphstipple-core --package graphstipple-cli --no-deps --locked --quiet
+	cargo clippy --release --manifest-path fuzz/Cargo.toml --target-dir target --locked -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --package graphstipple-core --package graphstipple-cli --no-deps --locked --quiet
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

@@ -19,7 +19,7 @@ pub fn options() -> Checked<Options> {
 }
 
 /// Whether this is no measurement but a look at whether the benchmarks still run: cargo says `--bench` when it measures, and
-/// nothing under `cargo test`. The same rule is criterion's.
+/// nothing under `cargo test`.
 pub fn is_smoke_run() -> bool {
     let given = |wanted: &str| std::env::args().any(|argument| argument == wanted);
     given("--test") || !given("--bench")

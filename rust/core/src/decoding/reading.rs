@@ -65,21 +65,118 @@ fn decode_here(source: &mut dyn Source, reading: &Reading, control: &Control) ->
 mod tests {
     use std::io::Cursor;
 
-    use image::{
-        DynamicImage, GrayImage, ImageBuffer, ImageEncoder, ImageFormat, Luma, LumaA, Rgb, Rgb32FImage, RgbImage, RgbaImage,
-    };
+    use ::tiff::encoder::{TiffEncoder, colortype};
+    use jpeg_encoder::{ColorType as JpegColour, Encoder as JpegEncoder};
     use moxcms::ColorProfile;
 
     use super::*;
     use crate::photo::{Field, luma_to_u8};
 
     const WHITE: [u8; 3] = [255; 3];
-    const FORMATS: [ImageFormat; 4] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::WebP];
 
-    fn encode(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
-        let mut bytes = Cursor::new(Vec::new());
-        image.into().write_to(&mut bytes, format).unwrap();
-        bytes.into_inner()
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Kind {
+        Png,
+        Jpeg,
+        Tiff,
+        WebP,
+    }
+
+    const KINDS: [Kind; 4] = [Kind::Png, Kind::Jpeg, Kind::Tiff, Kind::WebP];
+
+    /// A picture to encode: samples row by row, `channels` a pixel.
+    #[derive(Clone)]
+    struct Picture {
+        size: [u32; 2],
+        channels: u8,
+        samples: Samples,
+    }
+
+    #[derive(Clone)]
+    enum Samples {
+        Bytes(Vec<u8>),
+        Words(Vec<u16>),
+        Floats(Vec<f32>),
+    }
+
+    impl Picture {
+        /// `channels` bytes a pixel.
+        fn bytes(size: [u32; 2], channels: u8, samples: Vec<u8>) -> Self {
+            Self { size, channels, samples: Samples::Bytes(samples) }
+        }
+
+        fn words(size: [u32; 2], channels: u8, samples: Vec<u16>) -> Self {
+            Self { size, channels, samples: Samples::Words(samples) }
+        }
+
+        /// Grey bytes, from their columns and rows.
+        fn grey(width: u32, height: u32, value: impl Fn(u32, u32) -> u8) -> Self {
+            let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            Self::bytes([width, height], 1, places.map(|(x, y)| value(x, y)).collect())
+        }
+
+        fn png(&self, profile: Option<Vec<u8>>) -> Vec<u8> {
+            let mut info = ::png::Info::with_size(self.size[0], self.size[1]);
+            info.color_type = match self.channels {
+                1 => ::png::ColorType::Grayscale,
+                2 => ::png::ColorType::GrayscaleAlpha,
+                3 => ::png::ColorType::Rgb,
+                _ => ::png::ColorType::Rgba,
+            };
+            info.icc_profile = profile.map(Into::into);
+            let data = match &self.samples {
+                Samples::Bytes(samples) => samples.clone(),
+                Samples::Words(samples) => samples.iter().flat_map(|v| v.to_be_bytes()).collect(),
+                Samples::Floats(_) => panic!("no PNG holds floats"),
+            };
+            info.bit_depth =
+                if matches!(self.samples, Samples::Words(_)) { ::png::BitDepth::Sixteen } else { ::png::BitDepth::Eight };
+            let mut bytes = Vec::new();
+            let mut writer = ::png::Encoder::with_info(&mut bytes, info).unwrap().write_header().unwrap();
+            writer.write_image_data(&data).unwrap();
+            writer.finish().unwrap();
+            bytes
+        }
+
+        fn jpeg(&self) -> Vec<u8> {
+            let Samples::Bytes(samples) = &self.samples else { panic!("JPEG holds bytes") };
+            let colour = if self.channels == 1 { JpegColour::Luma } else { JpegColour::Rgb };
+            let mut bytes = Vec::new();
+            JpegEncoder::new(&mut bytes, 75).encode(samples, self.size[0] as u16, self.size[1] as u16, colour).unwrap();
+            bytes
+        }
+
+        fn tiff(&self) -> Vec<u8> {
+            let mut bytes = Cursor::new(Vec::new());
+            let [width, height] = self.size;
+            let mut encoder = TiffEncoder::new(&mut bytes).unwrap();
+            match (&self.samples, self.channels) {
+                (Samples::Bytes(samples), 3) => encoder.write_image::<colortype::RGB8>(width, height, samples),
+                (Samples::Bytes(samples), 4) => encoder.write_image::<colortype::RGBA8>(width, height, samples),
+                (Samples::Words(samples), 1) => encoder.write_image::<colortype::Gray16>(width, height, samples),
+                (Samples::Floats(samples), 3) => encoder.write_image::<colortype::RGB32Float>(width, height, samples),
+                _ => panic!("no test needs this TIFF"),
+            }
+            .unwrap();
+            bytes.into_inner()
+        }
+
+        fn webp(&self) -> Vec<u8> {
+            let Samples::Bytes(samples) = &self.samples else { panic!("WebP holds bytes") };
+            let colour = if self.channels == 4 { image_webp::ColorType::Rgba8 } else { image_webp::ColorType::Rgb8 };
+            let mut bytes = Vec::new();
+            image_webp::WebPEncoder::new(&mut bytes).encode(samples, self.size[0], self.size[1], colour).unwrap();
+            bytes
+        }
+
+        fn encode(&self, kind: Kind) -> Vec<u8> {
+            match kind {
+                Kind::Png => self.png(None),
+                Kind::Jpeg => self.jpeg(),
+                Kind::Tiff => self.tiff(),
+                Kind::WebP => self.webp(),
+            }
+        }
     }
 
     /// The luma of a file, and what is said of it.
@@ -93,8 +190,10 @@ mod tests {
     }
 
     /// A smooth colour picture, so that JPEG stays near it.
-    fn photo(width: u32, height: u32) -> RgbImage {
-        RgbImage::from_fn(width, height, |x, y| Rgb([(x * 255 / width) as u8, (y * 255 / height) as u8, 90]))
+    fn photo(width: u32, height: u32) -> Picture {
+        let colour = |x: u32, y: u32| [(x * 255 / width) as u8, (y * 255 / height) as u8, 90];
+        let colours = (0..height).flat_map(|y| (0..width).flat_map(move |x| colour(x, y)));
+        Picture::bytes([width, height], 3, colours.collect())
     }
 
     fn message(bytes: &[u8]) -> String {
@@ -107,17 +206,17 @@ mod tests {
     #[test]
     fn each_format_is_told_from_its_content() {
         let photo = photo(60, 40);
-        let exact = decode(&encode(photo.clone(), ImageFormat::Png), WHITE).unwrap();
+        let exact = decode(&photo.encode(Kind::Png), WHITE).unwrap();
         assert_eq!((exact.width(), exact.height()), (60, 40));
-        for (x, y, pixel) in photo.enumerate_pixels() {
-            let [r, g, b] = pixel.0.map(f64::from);
-            let expected = (299.0 * r + 587.0 * g + 114.0 * b) / 255_000.0;
-            assert!((f64::from(exact.at(x as usize, y as usize)) - expected).abs() < 1e-7);
+        let Samples::Bytes(samples) = &photo.samples else { unreachable!() };
+        for (value, colour) in exact.values().iter().zip(samples.chunks(3)) {
+            let expected = (299.0 * f64::from(colour[0]) + 587.0 * f64::from(colour[1]) + 114.0 * f64::from(colour[2])) / 255_000.0;
+            assert!((f64::from(*value) - expected).abs() < 1e-7);
         }
-        for format in [ImageFormat::Tiff, ImageFormat::WebP] {
-            assert_eq!(decode(&encode(photo.clone(), format), WHITE).unwrap(), exact, "{format:?}");
+        for kind in [Kind::Tiff, Kind::WebP] {
+            assert_eq!(decode(&photo.encode(kind), WHITE).unwrap(), exact, "{kind:?}");
         }
-        let lossy = decode(&encode(photo, ImageFormat::Jpeg), WHITE).unwrap();
+        let lossy = decode(&photo.encode(Kind::Jpeg), WHITE).unwrap();
         for (a, b) in lossy.values().iter().zip(exact.values()) {
             assert!((a - b).abs() < 0.05);
         }
@@ -126,33 +225,34 @@ mod tests {
     #[test]
     fn grey_comes_back_exactly_in_8_and_16_bits() {
         let grey: Vec<u8> = (0..=255).collect();
-        let field = decode(&encode(GrayImage::from_raw(16, 16, grey.clone()).unwrap(), ImageFormat::Png), WHITE).unwrap();
+        let field = decode(&Picture::bytes([16, 16], 1, grey.clone()).encode(Kind::Png), WHITE).unwrap();
         assert_eq!(luma_to_u8(&field), grey);
 
-        let deep = ImageBuffer::<Luma<u16>, _>::from_fn(256, 2, |x, y| Luma([(x * 257 + y * 3) as u16]));
-        for format in [ImageFormat::Png, ImageFormat::Tiff] {
-            let field = decode(&encode(deep.clone(), format), WHITE).unwrap();
-            for (x, y, pixel) in deep.enumerate_pixels() {
-                assert_eq!(field.at(x as usize, y as usize), f32::from(pixel.0[0]) / 65_535.0);
-            }
+        let deep: Vec<u16> = (0..2).flat_map(|y| (0..256u32).map(move |x| (x * 257 + y * 3) as u16)).collect();
+        for kind in [Kind::Png, Kind::Tiff] {
+            let field = decode(&Picture::words([256, 2], 1, deep.clone()).encode(kind), WHITE).unwrap();
+            assert!(field.values().iter().zip(&deep).all(|(value, word)| *value == f32::from(*word) / 65_535.0), "{kind:?}");
         }
     }
 
     #[test]
     fn transparency_shows_the_background() {
-        let image = RgbaImage::from_raw(2, 1, vec![10, 20, 30, 0, 0, 0, 0, 255]).unwrap();
-        for format in [ImageFormat::Png, ImageFormat::WebP, ImageFormat::Tiff] {
-            let bytes = encode(image.clone(), format);
-            assert_eq!(decode(&bytes, WHITE).unwrap().values(), [1.0, 0.0], "{format:?}");
-            assert_eq!(decode(&bytes, [255, 0, 0]).unwrap().values(), [0.299, 0.0], "{format:?}");
+        let picture = Picture::bytes([2, 1], 4, vec![10, 20, 30, 0, 0, 0, 0, 255]);
+        for kind in [Kind::Png, Kind::WebP, Kind::Tiff] {
+            let bytes = picture.encode(kind);
+            assert_eq!(decode(&bytes, WHITE).unwrap().values(), [1.0, 0.0], "{kind:?}");
+            assert_eq!(decode(&bytes, [255, 0, 0]).unwrap().values(), [0.299, 0.0], "{kind:?}");
         }
-        let grey = ImageBuffer::<LumaA<u16>, _>::from_raw(1, 1, vec![0u16, 0]).unwrap();
-        assert_eq!(decode(&encode(grey, ImageFormat::Png), WHITE).unwrap().values(), [1.0]);
+        let grey = Picture::words([1, 1], 2, vec![0, 0]);
+        assert_eq!(decode(&grey.encode(Kind::Png), WHITE).unwrap().values(), [1.0]);
     }
 
     #[test]
     fn float_samples_are_in_0_to_1_as_those_of_arrays() {
-        let tiff = |v: f32| encode(Rgb32FImage::from_raw(2, 1, vec![0.5, 0.5, 0.5, v, v, v]).unwrap(), ImageFormat::Tiff);
+        let tiff = |v: f32| {
+            let samples = Samples::Floats(vec![0.5, 0.5, 0.5, v, v, v]);
+            Picture { size: [2, 1], channels: 3, samples }.encode(Kind::Tiff)
+        };
         assert_eq!(decode(&tiff(0.25), WHITE).unwrap().values(), [0.5, 0.25]);
         for (wrong, told) in [(7.5, "7.5"), (-1.0, "-1"), (f32::NAN, "NaN")] {
             let error = decode(&tiff(wrong), WHITE).unwrap_err().to_string();
@@ -174,8 +274,7 @@ mod tests {
     #[test]
     fn the_exif_orientation_is_applied() {
         // Dark but for a bright top left quarter.
-        let quarter = GrayImage::from_fn(32, 16, |x, y| Luma([if x < 16 && y < 8 { 255 } else { 0 }]));
-        let jpeg = encode(quarter, ImageFormat::Jpeg);
+        let jpeg = Picture::grey(32, 16, |x, y| if x < 16 && y < 8 { 255 } else { 0 }).encode(Kind::Jpeg);
         let plain = decode(&jpeg, WHITE).unwrap();
         assert_eq!(decode(&oriented(&jpeg, 1), WHITE).unwrap(), plain);
         // Where the bright quarter goes: (right, bottom), and whether the sides are swapped.
@@ -219,17 +318,17 @@ mod tests {
 
     #[test]
     fn files_cut_anywhere_are_errors_or_told_of() {
-        for format in FORMATS {
-            let bytes = encode(photo(64, 48), format);
+        for kind in KINDS {
+            let bytes = photo(64, 48).encode(kind);
             let half = message(&bytes[..bytes.len() / 2]);
-            assert!(half.contains("cut short") && !half.contains('\n'), "{format:?}: {half}");
+            assert!(half.contains("cut short") && !half.contains('\n'), "{kind:?}: {half}");
             let whole = decode(&bytes, WHITE).unwrap();
             for end in 1..bytes.len() {
                 if let Ok((luma, warning)) = read(&bytes[..end], &Reading::default()) {
                     // All pixels are there, and only they.
                     // The last byte of WebP fills up.
-                    let told = warning.is_some() || format == ImageFormat::WebP && end + 1 == bytes.len();
-                    assert!(told && luma == whole, "{format:?} cut at {end} of {}", bytes.len());
+                    let told = warning.is_some() || kind == Kind::WebP && end + 1 == bytes.len();
+                    assert!(told && luma == whole, "{kind:?} cut at {end} of {}", bytes.len());
                 }
             }
         }
@@ -238,20 +337,20 @@ mod tests {
     #[test]
     fn what_is_there_of_a_damaged_file_is_drawn_if_that_is_wanted() {
         let allowed = Reading { allow_damaged: true, background: [0; 3], ..Reading::default() };
-        for format in [ImageFormat::Png, ImageFormat::Jpeg] {
-            let bytes = encode(photo(64, 480), format);
+        for kind in [Kind::Png, Kind::Jpeg] {
+            let bytes = photo(64, 480).encode(kind);
             let whole = decode(&bytes, WHITE).unwrap();
             let (luma, warning) = read(&bytes[..bytes.len() * 2 / 3], &allowed).unwrap();
             assert!(warning.is_some_and(|warning| warning.contains("cut short") && warning.ends_with("the rest is background")));
             let rows = (0..480).take_while(|y| (0..64).all(|x| luma.at(x, *y) == whole.at(x, *y))).count();
-            assert!((100..480).contains(&rows), "{format:?}: {rows} rows");
-            assert!(luma.values()[(rows + 16) * 64..].iter().all(|v| *v == 0.0), "{format:?}");
+            assert!((100..480).contains(&rows), "{kind:?}: {rows} rows");
+            assert!(luma.values()[(rows + 16) * 64..].iter().all(|v| *v == 0.0), "{kind:?}");
         }
     }
 
     #[test]
     fn a_jpeg_ends_at_its_own_end_not_at_its_thumbnails() {
-        let jpeg = encode(photo(64, 48), ImageFormat::Jpeg);
+        let jpeg = photo(64, 48).encode(Kind::Jpeg);
         let mut with_thumbnail = vec![0xFF, 0xD8, 0xFF, 0xE2, 0, 6, 0xFF, 0xD8, 0xFF, 0xD9];
         with_thumbnail.extend(&jpeg[2..]);
         assert_eq!(decode(&with_thumbnail, WHITE).unwrap(), decode(&jpeg, WHITE).unwrap());
@@ -273,8 +372,8 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as usize
         };
-        for format in FORMATS {
-            let bytes = encode(photo(24, 18), format);
+        for kind in KINDS {
+            let bytes = photo(24, 18).encode(kind);
             for _ in 0..400 {
                 let mut damaged = bytes.clone();
                 for _ in 0..1 + random() % 4 {
@@ -290,7 +389,7 @@ mod tests {
 
     /// A PNG whose header claims a size; its checksum is right, its data are not for that size.
     fn png_of_size(width: u32, height: u32) -> Vec<u8> {
-        let mut bytes = encode(GrayImage::new(1, 1), ImageFormat::Png);
+        let mut bytes = Picture::bytes([1, 1], 1, vec![0]).encode(Kind::Png);
         bytes[16..20].copy_from_slice(&width.to_be_bytes());
         bytes[20..24].copy_from_slice(&height.to_be_bytes());
         let mut crc = u32::MAX;
@@ -318,47 +417,34 @@ mod tests {
         assert!(empty.starts_with("the PNG file is damaged"), "{empty}");
     }
 
-    fn png_with_profile(image: &DynamicImage, profile: Vec<u8>) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-        encoder.set_icc_profile(profile).unwrap();
-        let data: Vec<u8> = match image {
-            // The encoder takes 16-bit samples in the machine's byte order.
-            DynamicImage::ImageRgb16(i) => i.iter().flat_map(|v| v.to_ne_bytes()).collect(),
-            other => other.as_bytes().to_vec(),
-        };
-        encoder.write_image(&data, image.width(), image.height(), image.color().into()).unwrap();
-        bytes
-    }
-
     #[test]
     fn an_embedded_profile_is_converted_to_srgb() {
         // Adobe RGB's (219, 0, 0) is sRGB's pure red, up to rounding: 0.299 in luma, where the raw values give 0.257.
-        let red = DynamicImage::ImageRgb8(RgbImage::from_pixel(3, 2, Rgb([219, 0, 0])));
+        let red = Picture::bytes([3, 2], 3, [219, 0, 0].repeat(6));
         let adobe = ColorProfile::new_adobe_rgb().encode().unwrap();
-        let field = decode(&png_with_profile(&red, adobe.clone()), WHITE).unwrap();
+        let field = decode(&red.png(Some(adobe.clone())), WHITE).unwrap();
         assert!((field.at(2, 1) - 0.299).abs() < 0.006, "{}", field.at(2, 1));
 
-        let deep = DynamicImage::ImageRgb16(ImageBuffer::from_pixel(3, 2, Rgb([219 * 257, 0, 0])));
-        let field = decode(&png_with_profile(&deep, adobe.clone()), WHITE).unwrap();
+        let deep = Picture::words([3, 2], 3, [219 * 257, 0, 0].repeat(6));
+        let field = decode(&deep.png(Some(adobe.clone())), WHITE).unwrap();
         assert!((field.at(2, 1) - 0.299).abs() < 0.006, "{}", field.at(2, 1));
 
         // Linear grey: 0.2140 of the light is 0.5 encoded.
         let linear = ColorProfile::new_gray_with_gamma(1.0).encode().unwrap();
-        let grey = DynamicImage::ImageLuma8(GrayImage::from_pixel(1, 1, Luma([55])));
-        assert!((decode(&png_with_profile(&grey, linear), WHITE).unwrap().at(0, 0) - 0.5).abs() < 0.01);
+        let grey = Picture::bytes([1, 1], 1, vec![55]);
+        assert!((decode(&grey.png(Some(linear)), WHITE).unwrap().at(0, 0) - 0.5).abs() < 0.01);
     }
 
     #[test]
     fn srgb_broken_and_foreign_profiles_change_nothing() {
-        let image = DynamicImage::ImageRgb8(photo(20, 10));
-        let plain = decode(&encode(image.clone(), ImageFormat::Png), WHITE).unwrap();
+        let picture = photo(20, 10);
+        let plain = decode(&picture.encode(Kind::Png), WHITE).unwrap();
         let srgb = ColorProfile::new_srgb().encode().unwrap();
         let mut broken = ColorProfile::new_adobe_rgb().encode().unwrap();
         broken.truncate(150);
         let grey = ColorProfile::new_gray_with_gamma(1.0).encode().unwrap();
         for profile in [srgb, broken, b"not a profile".to_vec(), grey] {
-            assert_eq!(decode(&png_with_profile(&image, profile), WHITE).unwrap(), plain);
+            assert_eq!(decode(&picture.png(Some(profile)), WHITE).unwrap(), plain);
         }
     }
 }
