@@ -79,6 +79,15 @@ def link_pages(app: object, what: str, *of: Any) -> None:
     lines[:] = [re.sub(r"\bdocs/(\w+)\.md\b", r":doc:`docs/\1.md </docs/\1>`", line) for line in shown]
 
 
+NOT_CALLED = {"graphstipple.Drawing", "graphstipple.RecordedOptions"}
+"""Classes that users get and never make."""
+
+
+def hide_constructors(app: object, what: str, name: str, *of: Any) -> tuple[str, None] | None:
+    """Leave out how a class is made that only the package makes."""
+    return ("", None) if name in NOT_CALLED else None
+
+
 def link_files(app: Any, docname: str, source: list[str]) -> None:
     """Let links to Markdown files that are no pages of the site lead to the files themselves."""
 
@@ -94,4 +103,5 @@ def setup(app: Any) -> None:
     """Connect what is above."""
     app.connect("autodoc-process-docstring", hide_colons, priority=400)
     app.connect("autodoc-process-docstring", link_pages, priority=600)
+    app.connect("autodoc-process-signature", hide_constructors)
     app.connect("source-read", link_files)

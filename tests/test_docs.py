@@ -163,7 +163,21 @@ def test_the_python_page_has_every_public_name() -> None:
 
 
 DEFAULTS = gs.Options()
+
+
+def declared(file: str, name: str) -> float:
+    """Return the version that a file of the project asks for."""
+    found = re.search(rf'^{name} = "(?:>=)?([\d.]+)"', (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+    assert found
+    return float(found[1])
+
+
 FIGURES = {
+    "README.md": [
+        (r"Python ([\d.]+) or newer", declared("pyproject.toml", "requires-python")),
+        (r"\(([\d.]+) or newer\)", declared("Cargo.toml", "rust-version")),
+    ],
+    "CONTRIBUTING.md": [(r"Python ([\d.]+) or newer", declared("pyproject.toml", "requires-python"))],
     "docs/formats.md": [(r"65,535 pixels a side and (\d+) million in all", _core.MAX_PIXELS // 10**6)],
     "docs/method.md": [
         (r"`stippling` ([\d.]+) is the default", DEFAULTS.stippling),
@@ -186,7 +200,7 @@ def test_figures_are_those_of_the_program(page: str, pattern: str, value: float)
 
 
 def test_the_default_number_of_nodes_is_said_alike() -> None:
-    declared = _core.options_schema()["properties"]["nodes"]["x-absent"]["meaning"]
-    share, least, most = re.fullmatch(r"([\d.]+) a pixel, ([\d,]+) to ([\d,]+)", declared).groups()
+    meaning = _core.options_schema()["properties"]["nodes"]["x-absent"]["meaning"]
+    share, least, most = re.fullmatch(r"([\d.]+) a pixel, ([\d,]+) to ([\d,]+)", meaning).groups()
     method = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
     assert f"`fineness` times {share} nodes a pixel, at most `fineness` times {most}, at least `fineness` times {least}" in method
