@@ -3,7 +3,9 @@
 #   make test    Rust and Python tests          make lint    formatters, linters, types
 #   make bench   speed                          make format  apply the formatters
 #   make build   the package in .venv           make clean   remove everything made here
-#   make generate   what is made from the declarations of options and from the tree: Python's fields, docs/options.md, ARCHITECTURE.md
+#   make docs    the documentation as a site in out/docs; a warning is an error
+#   make generate   what is made from the declarations of options and from the tree: Python's fields, docs/options.md,
+#                   docs/command-line.md, ARCHITECTURE.md
 #   make performance   the tables of docs/performance.md anew, for an idle machine
 #   make peers   speed beside other programs, which it installs into out/peers
 #   make fuzz   look for input that breaks the reading of images, options or drawings, FUZZ_SECONDS for each of FUZZ_TARGETS
@@ -29,7 +31,7 @@ FUZZ_SEEDS :=
 # Public-domain photos in scikit-image's wheel.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
 
-.PHONY: build demo test lint format generate bench performance peers evaluate fuzz clean
+.PHONY: build demo test lint format docs generate bench performance peers evaluate fuzz clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -64,7 +66,7 @@ test: $(PACKAGE) $(EVALUATION) $(BINARY)
 	cargo test --release --config rust/checked.toml --workspace --locked
 	$(BIN)/python -m pytest
 
-lint: $(PACKAGE) $(EVALUATION)
+lint: $(PACKAGE) $(EVALUATION) docs
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets --locked -- -D warnings
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
@@ -80,6 +82,9 @@ format: $(ENVIRONMENT)
 	cargo fmt --manifest-path fuzz/Cargo.toml
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+docs: $(PACKAGE)
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . out/docs
 
 generate: $(PACKAGE)
 	$(BIN)/python tools/generate.py

@@ -1,4 +1,4 @@
-"""Make the table of file sizes: ``python docs/file_sizes.py`` writes it into docs/output.md, between its marks.
+"""Make the table of file sizes: ``python docs/file_sizes.py`` writes it into docs/howto/small-files.md, between its marks.
 
 The photo is one that scikit-image's wheel holds (public domain), so anyone gets the same numbers.
 """
@@ -13,7 +13,7 @@ from skimage import data
 
 import graphstipple as gs
 
-PAGE = Path(__file__).resolve().parent / "output.md"
+PAGE = Path(__file__).resolve().parent / "howto" / "small-files.md"
 
 BEGIN, END = "<!-- The table of sizes begins: made by docs/file_sizes.py. -->", "<!-- The table of sizes ends. -->"
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from pictures import write
+from pictures import FACE, write
 from PIL import Image
 from skimage import data
 
@@ -20,6 +20,9 @@ SIDE = 512
 
 PRESET_PHOTOS = {"astronaut": (96, 20, 356, 280), "chelsea": (90, 30, 350, 290)}
 """Which part of which photo shows the presets, in pixels: left, top, right, bottom."""
+
+SMALL = 160
+"""Pixels of the side of a small picture of a preset, in the strip that the README shows."""
 
 NOTES = {
     "astronaut": (
@@ -58,6 +61,13 @@ def raster(drawing: gs.Drawing) -> Image.Image:
     return Image.fromarray(drawing.rasterize())
 
 
+def face(drawing: gs.Drawing) -> Image.Image:
+    """Return the portrait's face, small."""
+    scale = SMALL / (FACE[2] - FACE[0])
+    left, top, right, bottom = (round(scale * side) for side in FACE)
+    return Image.fromarray(drawing.rasterize(width=round(scale * drawing.width))[top:bottom, left:right])
+
+
 def main() -> None:
     """Write the page and its pictures."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
@@ -74,11 +84,14 @@ def main() -> None:
         '`gs.Options.preset("NAME")` in Python. Any option can be changed on top of it.',
         "",
     ]
+    small = []
     for preset in gs.presets():
         options = gs.Options.preset(preset.name)
         panels = []
         for name, part in PRESET_PHOTOS.items():
             drawing = gs.draw(photo(name), options=options)
+            if not panels:
+                small.append(face(drawing))
             width = 2 * drawing.width
             panels.append(Image.fromarray(drawing.rasterize(width=width)).crop(tuple(2 * side for side in part)))
         write(images / f"preset-{preset.name}.png", panels, greys=8)
@@ -90,12 +103,13 @@ def main() -> None:
             f"![{preset.name}](images/preset-{preset.name}.png)",
             "",
         ]
+    write(images / "presets.png", small, greys=16)
     page += [
         "## The default and the paper's settings",
         "",
         "Left `Options.paper()` with the default's node budget, in the middle the default with `stippling` 0, right the",
-        "default: the same number of nodes, a pixel of the picture for each of the photo's. docs/evaluation.md says how they are",
-        "measured against each other.",
+        "default: the same number of nodes, a pixel of the picture for each of the photo's. [evaluation.md](evaluation.md) says",
+        "how they are measured against each other.",
         "",
     ]
     for name, (better, wrong) in NOTES.items():

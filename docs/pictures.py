@@ -1,4 +1,4 @@
-"""Make the pictures of the documentation: ``python docs/pictures.py [FOLDER]``, by default into docs/images.
+"""Make the pictures of the documentation: ``python docs/pictures.py [FOLDER]``, by default into docs/images, and the site's mark.
 
 The photo is scikit-image's astronaut (a NASA portrait, public domain). Every picture is a strip of panels.
 """
@@ -140,10 +140,20 @@ def with_anchors(drawing: gs.Drawing, part: tuple[int, int, int, int], scale: in
     return image.resize((scale * (right - left), scale * (bottom - top)), Image.Resampling.BOX)
 
 
+def mark() -> gs.Drawing:
+    """Return the sign of the site: a ball in light from the upper left, in few nodes."""
+    row, column = np.mgrid[:64, :64] + 0.5
+    light = np.clip(1.1 - np.hypot(column - 24, row - 22) / 34, 0, 1)
+    ball = np.where(np.hypot(column - 32, row - 32) < 27, light, 1.0)
+    options = gs.Options(nodes=300, stippling=0.9, sharpen=0, local_contrast=0)
+    return gs.draw(ball, importance="none", options=options)
+
+
 def main() -> None:
     """Draw everything."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "images"
     folder.mkdir(parents=True, exist_ok=True)
+    mark().save(folder / "mark.svg", style="layered")
     photo = data.astronaut()
     luma = gs.stages.tone(photo)
     drawing = gs.draw(photo)

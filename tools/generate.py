@@ -2,6 +2,7 @@
 
 - `python/graphstipple/_option_fields.py`: the fields of `Options` and `Published`, with their documentation;
 - `docs/options.md`: the page of options, settings, formats and sources of importance;
+- `docs/command-line.md`: the help of the command, under its own headings;
 - in `ARCHITECTURE.md`, the table of the core's folders with what goes in and comes out, and the tree: every file with the first
   sentence of its documentation.
 
@@ -11,6 +12,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -201,7 +203,7 @@ Names in Python; on the command line `local_contrast` is `--local-contrast`, and
 
 ## How a photo is drawn
 
-Fields of `gs.Options`. The last column has the stages that use an option: when it changes, a session ([README](../README.md)) does
+Fields of `gs.Options`. The last column has the stages that use an option: when it changes, a [session](howto/sessions.md) does
 them again and what follows from them, in the order tone, emphasis, importance, first graph, second graph, cells, labels, outlines.
 With another `background` it reads the photo anew.
 
@@ -235,6 +237,54 @@ The suffix says which. Those that `gs.load` reads give the drawing back.
 
 {table(["Suffix", "Name", "Holds", "Read back"], formats)}
 """
+
+
+HELP_COLUMNS = 88
+"""Of the help on the page of the command line: as many as a page shows without scrolling."""
+
+PRINT_HELP = """
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+spec = spec_from_file_location("graphstipple._core", sys.argv[1])
+module = module_from_spec(spec)
+spec.loader.exec_module(module)
+sys.exit(module.cli(["graphstipple", "--help-all"]))
+"""
+"""A program that prints the help with the extension module that it is given: Rust writes to the process's own output."""
+
+
+def help_all() -> str:
+    """Return what `graphstipple --help-all` prints."""
+    command = [sys.executable, "-c", PRINT_HELP, str(_core.__file__)]
+    environment = {**os.environ, "COLUMNS": str(HELP_COLUMNS)}
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+
+
+def command_line_page() -> str:
+    """Return `docs/command-line.md`."""
+    about, _, rest = help_all().strip().partition("\n\n")
+    usage, *groups = re.split(r"\n\n(?=\S)", rest)
+    sections = []
+    for group in groups:
+        head, _, lines = group.partition("\n")
+        fence = "sh" if head == "Examples:" else "text"
+        text = "\n".join(line.rstrip() for line in textwrap.dedent(lines).splitlines())
+        sections.append(f"## {head.removesuffix(':')}\n\n```{fence}\n{text}\n```\n")
+    return f"""# Command line
+
+Made by `tools/generate.py` of what `graphstipple --help-all` prints.
+
+{about}.
+
+```text
+{usage.removeprefix("Usage: ")}
+```
+
+`graphstipple --help` shows what people turn. [options.md](options.md) has the same options with the stages that use them and the
+paper's values, [errors.md](errors.md#on-the-command-line) the exit codes, [shell.md](howto/shell.md) pipes, the manual page and
+completions.
+
+{chr(10).join(sections)}"""
 
 
 ROOMS = ("rust", "python", "benches", "docs", "examples", "tools", "tests")
@@ -354,6 +404,7 @@ def architecture() -> str:
 GENERATED: dict[str, Callable[[], str]] = {
     "python/graphstipple/_option_fields.py": python_fields,
     "docs/options.md": options_page,
+    "docs/command-line.md": command_line_page,
     "ARCHITECTURE.md": architecture,
 }
 """Files and what makes their text."""

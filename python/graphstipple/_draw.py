@@ -122,8 +122,8 @@ class Session:
     another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a
     map has more than a megapixel, one whose number of nodes asks for another reduction.
 
-    A session keeps about 16 bytes a pixel of the photo as reduced, 1 a lattice node, 86 a node, and the last drawing; a drawing
-    shares its graph and its importance with the session. Threads may use one session: they draw one after the other.
+    A drawing shares its graph and its importance with the session; docs/performance.md says how much memory that is. Threads may
+    use one session: they draw one after the other.
 
     A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced, and its
     importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an array with

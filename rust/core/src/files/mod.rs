@@ -74,7 +74,7 @@ impl Format {
         Self {
             suffix: "svgz",
             name: "compressed SVG",
-            holds: "the SVG in a third to a half of its bytes",
+            holds: "the SVG in a quarter to a half of its bytes",
             settings: OF_SVG,
             fits: fits_on_paper,
             write: svgz::to_svgz,

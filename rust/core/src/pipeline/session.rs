@@ -5,10 +5,9 @@
 //! session that keeps nothing, so a drawing does not depend on what was drawn before it.
 //!
 //! # Memory
-//! A session holds the luma (4 bytes a pixel, as reduced) and the importance as given (a map: 4 bytes for each of its pixels), and keeps
-//! 8 bytes a pixel (emphasized tone, importance), 4 more if the tone is not the luma, 1 byte a lattice node, 90 bytes a node
-//! of the second graph, and the last drawing (some 60 bytes for each of its points). While it draws, this comes on top of what
-//! [`crate::draw`] needs. The parts that an [`Outcome`] has are shared with it, not copied.
+//! A session holds the luma and the importance as given, and keeps what every slot of its memory has; docs/performance.md counts the
+//! bytes. While it draws, this comes on top of what [`crate::draw`] needs. The parts that an [`Outcome`] has are shared with it, not
+//! copied.
 
 use std::borrow::Cow;
 use std::fmt;
