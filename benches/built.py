@@ -25,6 +25,7 @@ def native_binary() -> Path:
 
 def bench_command(bench: str, is_smoke_run: bool) -> list[str]:
     """Return how cargo builds and runs a benchmark: optimized, or as `cargo test` does, which a smoke run makes do with."""
-    # The packages of `make test`, so that nothing is built twice.
-    kind = ["test", "--workspace", "--exclude", "graphstipple-py"] if is_smoke_run else ["bench", "--package", "graphstipple-bench"]
+    # As `make test` builds them, so that nothing is built twice.
+    tested = ["test", "--release", "--config", "rust/checked.toml", "--workspace"]
+    kind = tested if is_smoke_run else ["bench", "--package", "graphstipple-bench"]
     return ["cargo", *kind, "--locked", "--bench", bench]

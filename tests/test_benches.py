@@ -5,10 +5,14 @@ Those in Rust run under `cargo test`.
 
 from __future__ import annotations
 
+import importlib
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from benches import document, measured
@@ -25,22 +29,58 @@ def smoke_run(name: str) -> str:
     return done.stdout
 
 
-def test_peers_run() -> None:
+def figures(table: str, name: str) -> list[float]:
+    """Return the numbers in the row of a table that begins with a name."""
+    row = next(line for line in table.splitlines() if line.startswith(f"{name} "))
+    return [float(word) for word in row.removeprefix(name).replace(",", " ").split() if re.fullmatch(r"[\d.]+", word)]
+
+
+@pytest.fixture
+def peers(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return the script as a module; it imports the ones beside it."""
+    monkeypatch.syspath_prepend(ROOT / "benches")
+    return importlib.import_module("peers")
+
+
+def test_peers_run(peers: ModuleType) -> None:
     table = smoke_run("peers.py")
-    for name in ("graphstipple", "inksep", "stippler", "textbook", "mkbitmap", "potrace", "vtracer"):
-        assert f"\n{name} " in table
-    assert "ours: times as long as potrace" in table
+    for name in ("graphstipple", "textbook"):
+        seconds, runs, processor, ratio, marks, points, kilobytes, megabytes = figures(table, name)
+        assert min(seconds, processor, ratio, marks, kilobytes, megabytes) > 0
+        assert (runs, ratio) == (1, 1) or name == "textbook"
+        # Circles are single pairs, as many as were asked for.
+        assert points >= marks if name == "graphstipple" else points == marks == peers.TINY_COORDINATES
+    # Those of others are measured where they are installed.
+    for name in ("inksep", "stippler", "mkbitmap", "potrace", "vtracer"):
+        missing = re.search(rf"^{name} .*(is not installed|installs nothing)", table, re.MULTILINE)
+        assert missing or len(figures(table, name)) == 8
+
+
+def test_a_peer_that_is_missing_or_fails_is_told_with_its_reason(peers: ModuleType) -> None:
+    ours = peers.Row(peers.Program("graphstipple", "ours", lambda _: []), [measured.Measured(2.0, 1.0, 10**6, None, "")], 3, 4, 500)
+    slow = peers.Row(peers.Program("slow", "stippler", lambda _: []), [measured.Measured(60.0, 60.0, 10**6, None, "")], 3, 4, 500)
+    broken = peers.Row(peers.Program("broken", "tracer", lambda _: []), failure="exit code 1, and said: no")
+    assert figures(peers.table("photo", [ours, slow, broken]), "slow")[3] == 30
+    assert re.search("^broken +exit code 1, and said: no$", peers.table("photo", [ours, slow, broken]), re.MULTILINE)
+    told = peers.targets({"photo": [ours, slow, broken]})
+    assert re.search(r"^slow: times as long as ours +30\.00 +photo +>= 20 +met$", told, re.MULTILINE)
+    assert re.search(r"^ours: times as long as broken +- +not measured$", told, re.MULTILINE)
 
 
 def test_ratios_run() -> None:
     table = smoke_run("ratios.py")
-    for title in ("Python", "session redrawn", "command line"):
-        assert title in table
+    for title in ("Python, with saliency", "session redrawn", "command line, start to file"):
+        row = next(line for line in table.splitlines() if line.startswith(title))
+        ratio, limit = re.search(r" (\d+\.\d+) +<= (\d+\.?\d*)  (?:met|missed)", row).groups()
+        assert float(ratio) > 0
+        assert float(limit) > 0
 
 
 def test_callgrind_runs() -> None:
     printed = smoke_run("callgrind.py")
-    assert "triangulation" in printed or "valgrind is not installed" in printed
+    if shutil.which("valgrind") is None:
+        pytest.skip("valgrind is not installed: it counts nothing")
+    assert min(figures(printed, "triangulation")) > 0
 
 
 def test_measuring_a_command() -> None:
