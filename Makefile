@@ -22,6 +22,8 @@ ENVIRONMENT := $(VENV)/.environment-done
 PACKAGE := $(VENV)/.package-done
 EVALUATION := $(VENV)/.evaluation-done
 BINARY := target/release/graphstipple
+# Both packages are named so that libraries have the features that the extension wants: they are built once for both.
+BUILD_BINARY := cargo build --release --locked --package graphstipple-cli --package graphstipple-py --bin graphstipple
 
 # What `make fuzz` runs, and for how long; FUZZ_SEEDS may name more files and folders to begin with.
 FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options drawing_svg drawing_json
@@ -31,7 +33,7 @@ FUZZ_SEEDS :=
 # Public-domain photos in scikit-image's wheel.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
 
-.PHONY: build demo test lint format docs generate bench performance peers evaluate fuzz clean
+.PHONY: build binary demo test lint format docs generate bench performance peers evaluate fuzz clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -51,20 +53,22 @@ $(EVALUATION): $(PACKAGE) benches/evaluation/pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e benches/evaluation
 	touch $@
 
-# Both packages are named so that libraries have the features that the extension wants: they are built once for both.
-$(BINARY): $(RUST)
-	cargo build --release --locked --package graphstipple-cli --package graphstipple-py --bin graphstipple
-	touch $@
+# Cargo knows whether there is something to do; tests leave a binary of their own in the place.
+binary: $(ENVIRONMENT)
+	$(BUILD_BINARY)
 
-demo: $(PACKAGE) $(BINARY)
+demo: $(PACKAGE) binary
 	$(BIN)/python examples/demo.py out
 	$(BINARY) out/astronaut.png -o out/astronaut-binary.svg --preview out/astronaut-binary.png
 	cmp out/astronaut.svg out/astronaut-binary.svg
 	@echo "The native binary drew the same: out/astronaut-binary.svg"
 
-test: $(PACKAGE) $(EVALUATION) $(BINARY)
+test: $(PACKAGE) $(EVALUATION)
 	cargo test --release --config rust/checked.toml --workspace --locked
-	$(BIN)/python -m pytest
+	$(BUILD_BINARY)
+	# Once, and not by every process of the tests; what needs the weights says so if they are missing.
+	-$(BIN)/python -m graphstipple.metrics fetch
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 lint: $(PACKAGE) $(EVALUATION) docs
 	cargo fmt --all --check
@@ -89,17 +93,17 @@ docs: $(PACKAGE)
 generate: $(PACKAGE)
 	$(BIN)/python tools/generate.py
 
-bench: $(PACKAGE) $(BINARY)
+bench: $(PACKAGE) binary
 	cargo bench --package graphstipple-bench --locked --bench stages
 	cargo bench --package graphstipple-bench --locked --bench scale -- --up-to 24
 	cargo bench --package graphstipple-bench --locked --bench formats
 	cargo bench --package graphstipple-bench --locked --bench threads
 	$(BIN)/python benches/ratios.py
 
-peers: $(EVALUATION) $(BINARY)
+peers: $(EVALUATION) binary
 	$(BIN)/python benches/peers.py
 
-performance: $(EVALUATION) $(BINARY)
+performance: $(EVALUATION) binary
 	$(BIN)/python benches/document.py
 
 evaluate: $(EVALUATION)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import subprocess
+import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -59,3 +62,19 @@ def photo_luma(name: str, width: int | None = None, height: int | None = None) -
     """Return the same as a field."""
     image = photo(name, width, height).astype(np.float64) / 255
     return (image if image.ndim == 2 else image @ np.array([0.299, 0.587, 0.114])).astype(np.float32)
+
+
+def wait_until(condition: Callable[[], object], patience: int = 120) -> None:
+    """Wait for what another process or thread does; give up after so many seconds."""
+    pause = threading.Event()
+    for _ in range(100 * patience):
+        if condition():
+            return
+        pause.wait(0.01)
+    pytest.fail(f"it did not happen within {patience} s")
+
+
+def waits(process: subprocess.Popen[bytes]) -> bool:
+    """Whether all threads of a process wait for something (Linux)."""
+    states = [path.read_text().rpartition(")")[2].split()[0] for path in Path(f"/proc/{process.pid}/task").glob("*/stat")]
+    return all(state == "S" for state in states)

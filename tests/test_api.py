@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -336,65 +335,71 @@ def test_progress_runs_from_zero_to_one(astronaut: np.ndarray) -> None:
     assert len(reports) > 3
 
 
-def test_an_exception_in_the_callback_stops_the_work_at_once() -> None:
-    noise = np.random.default_rng(1).integers(0, 256, (1500, 2000)).astype(np.uint8)
+def test_an_exception_in_the_callback_stops_the_work() -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (300, 400)).astype(np.uint8)
 
     class StopError(Exception):
         pass
 
-    raised_at = []
+    reports = []
 
     def stop(stage: str, fraction: float) -> None:
+        reports.append(stage)
         if fraction > 0:
-            raised_at.append(time.perf_counter())
             raise StopError
 
     with pytest.raises(StopError):
         gs.draw(noise, importance="none", options=options_with(density=1.0, relax=5), progress=stop)
-    assert time.perf_counter() - raised_at[0] < 0.5
+    # Nothing is told after it, and the last stage was not reached.
+    assert "outlines" not in reports
+    before = len(reports)
+    gs.draw(noise)
+    assert len(reports) == before
 
 
 def test_other_threads_run_while_drawing(astronaut: np.ndarray) -> None:
-    gaps: list[float] = []
-    done = threading.Event()
+    was_done: list[bool] = []
+    done, may_go = threading.Event(), threading.Lock()
 
-    def tick() -> None:
-        last = time.perf_counter()
-        while not done.is_set():
-            time.sleep(0.002)
-            now = time.perf_counter()
-            gaps.append(now - last)
-            last = now
+    def look() -> None:
+        with may_go:
+            was_done.append(done.is_set())
 
-    ticker = threading.Thread(target=tick)
-    ticker.start()
-    start = time.perf_counter()
-    gs.draw(astronaut, importance="none", options=options_with(density=2.0, threads=1))
-    elapsed = time.perf_counter() - start
-    done.set()
-    ticker.join()
-    # With the lock held, one gap would be as long as the whole drawing.
-    assert max(gaps) < elapsed / 2
+    may_go.acquire()
+    thread = threading.Thread(target=look)
+    thread.start()
+    before = sys.getswitchinterval()
+    # Python itself gives the lock to no other thread for so long: the other one runs only while the drawing lets go of it.
+    sys.setswitchinterval(600)
+    try:
+        may_go.release()
+        gs.draw(astronaut, importance="none", options=options_with(density=2.0, threads=1))
+        done.set()
+    finally:
+        sys.setswitchinterval(before)
+        thread.join()
+    assert was_done == [False]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 @pytest.mark.parametrize("at", ["saliency", "importance", "relaxation"])
-def test_ctrl_c_stops_within_half_a_second(at: str) -> None:
+def test_ctrl_c_stops_the_work(at: str) -> None:
     program = LONG + (
-        f"def say(stage, fraction):\n    if stage == {at!r}:\n        print('now', flush=True)\n"
+        f"def say(stage, fraction):\n    print(stage, flush=True)\n    if stage == {at!r}:\n        print('now', flush=True)\n"
         "try:\n    gs.draw(noise, options=options, progress=say)\n"
         "except KeyboardInterrupt:\n    print('interrupted', flush=True)\n"
     )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
-        assert process.stdout.readline() == "now\n"
+        while process.stdout.readline() not in {"now\n", ""}:
+            pass
         os.kill(process.pid, signal.SIGINT)
-        start = time.perf_counter()
-        rest, errors = process.communicate(timeout=60)
-        elapsed = time.perf_counter() - start
-    assert rest.splitlines()[-1] == "interrupted", errors
+        rest, errors = process.communicate(timeout=120)
+    *stages, last = rest.splitlines()
+    assert last == "interrupted", errors
     assert process.returncode == 0, errors
-    assert elapsed < 0.5
+    # Ten seconds of work were still to be done.
+    assert "outlines" not in stages
 
 
 def test_console_script_is_the_command_line(small: np.ndarray, tmp_path: Path) -> None:

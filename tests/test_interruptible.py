@@ -7,13 +7,13 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import weakref
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from tests.support import wait_until
 
 import graphstipple as gs
 from graphstipple import _interruptible
@@ -67,8 +67,7 @@ def test_an_interrupted_call_leaves_the_next_one_working() -> None:
     assert run(threading.current_thread) is other
     # When the call that nobody waits for ends, its thread is of use again.
     end.set()
-    while len(_interruptible._idle) < 2:
-        time.sleep(0.001)
+    wait_until(lambda: len(_interruptible._idle) == 2)
     assert set(_interruptible._idle) == {thread, other}
     assert run(lambda: "done") == "done"
 

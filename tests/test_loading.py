@@ -73,7 +73,7 @@ def test_every_drawing_survives_every_file_and_least_dot(name: str, preset: str,
         assert same_files(gs.load(path), drawing), path.name
 
     # As in the README: on paper 200 mm wide.
-    for millimetres in (0.1, 0.3, 0.6, 1.0):
+    for millimetres in (0.1, 0.6) if PHOTOS.index(name) % 2 else (0.3, 1.0):
         larger = drawing.with_min_dot(f"{millimetres}mm", width="200mm")
         least = millimetres * image.shape[1] / 200
         assert (larger.stipples["radius"] >= least * (1 - 1e-9)).all()

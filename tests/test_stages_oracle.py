@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import time
 
 import numpy as np
 import pytest
@@ -146,8 +145,7 @@ def test_diffuse_on_noise(seed, kind, density, alpha, by_area, k1, k2, shading, 
     np.testing.assert_array_equal(found, oracles.diffuse(sites, edges, values, **how))
 
 
-@pytest.mark.parametrize("alpha", ["tonal", 1.0])
-@pytest.mark.parametrize("order", ["rows", "global"])
+@pytest.mark.parametrize(("order", "alpha"), [("rows", "tonal"), ("global", 1.0)])
 @pytest.mark.parametrize("kind", [*KINDS, "delaunay"])
 def test_diffuse_many_nodes(kind, order, alpha):
     """Four bands; on the Delaunay graph, whose nodes are in no order, edges join all of them."""
@@ -298,12 +296,11 @@ def test_triangulate_few_or_collinear_sites(sites, expected):
     np.testing.assert_array_equal(found, np.array(expected).reshape(-1, 2))
 
 
-def test_many_collinear_sites_are_quick():
-    # spade alone is quadratic on collinear input; 5 s are some hundred times what is needed.
-    n, start = 20_000, time.perf_counter()
+def test_many_collinear_sites():
+    # spade alone is quadratic on collinear input: with it, this would run for most of an hour.
+    n = 200_000
     sites = np.stack([np.arange(n) + 0.5, np.full(n, 0.5)], axis=1)
     assert len(stages.triangulate(sites, n, 1)) == n - 1
-    assert time.perf_counter() - start < 5
 
 
 # Components ----------------------------------------------------------------------------------------------------------------------

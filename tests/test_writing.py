@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
+import io
 import os
-import random
 import signal
 import stat
 import subprocess
 import sys
 import sysconfig
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 from tests.commands import FAILURE, USAGE, assert_one_sentence, done, native_binary, run
-from tests.support import photo
+from tests.support import photo, wait_until, waits
 
 import graphstipple as gs
 
 CONSOLE_SCRIPT = Path(sysconfig.get_path("scripts")) / "graphstipple"
 
+linux = pytest.mark.skipif(sys.platform != "linux", reason="it looks into /proc")
 posix = pytest.mark.skipif(os.name != "posix", reason="links, devices, pipes and signals are POSIX's")
 
 
@@ -201,120 +200,160 @@ def test_two_outputs_are_two_files(program: Path, desk: Path, output: str, previ
 
 
 @pytest.fixture(scope="module")
-def noise(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with a photo whose files are slow to write."""
-    folder = tmp_path_factory.mktemp("noise")
-    values: NDArray[np.uint8] = np.random.default_rng(2).integers(0, 256, (160, 200), np.uint8)
-    Image.fromarray(values).save(folder / "photo.png")
-    return folder
+def noise() -> bytes:
+    """Return a photo, larger than a pipe holds at once."""
+    file = io.BytesIO()
+    Image.fromarray(np.random.default_rng(2).integers(0, 256, (320, 400), np.uint8)).save(file, "PNG")
+    assert len(file.getvalue()) > 2 * PIPE
+    return file.getvalue()
+
+
+PIPE = 2**16
+"""Bytes that a pipe holds. Who has written more than these knows that the other end has begun to read, and listens to signals."""
+
+signals = pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT], ids=lambda number: number.name)
+
+
+def start(program: Path, folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a program that reads its photo from a pipe, and listens to all signals."""
+    # What is ignored here, as under nohup, would be ignored there.
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)}
+    try:
+        pipe = subprocess.PIPE
+        return subprocess.Popen([program, "-", *arguments], cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def ended(process: subprocess.Popen[bytes]) -> int:
+    """Return how a process ended, after it said nothing of how it is made."""
+    printed = process.communicate(timeout=120)
+    assert b"Traceback" not in b"".join(printed)
+    return process.returncode
 
 
 @posix
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT], ids=lambda number: number.name)
-def test_signals_leave_nothing_behind(program: Path, noise: Path, number: signal.Signals, request: pytest.FixtureRequest) -> None:
-    # What is ignored here, as under nohup, would be ignored there.
-    before = signal.signal(number, signal.SIG_DFL) if signal.getsignal(number) == signal.SIG_IGN else None
-    if before is not None:
-        request.addfinalizer(lambda: signal.signal(number, before))
-    command = [program, "photo.png", "-o", "a.png", "--width", "7000px", "--preview", "b.png"]
-    began = time.monotonic()
-    subprocess.run(command, cwd=noise, check=True, timeout=60)
-    takes = time.monotonic() - began
-    whole = {name: (noise / name).read_bytes() for name in ("a.png", "b.png")}
-    codes = set()
-    moments = random.Random(int(number))
-    for _ in range(8):
-        for name in whole:
-            (noise / name).unlink(missing_ok=True)
-        process = subprocess.Popen(command, cwd=noise, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        if program == CONSOLE_SCRIPT:
-            # Python does not listen before it has begun.
-            time.sleep(0.15 * takes)
-        time.sleep(moments.uniform(0.03, takes))
+@signals
+def test_a_signal_while_the_photo_comes_in_leaves_nothing(
+    program: Path, noise: bytes, tmp_path: Path, number: signal.Signals
+) -> None:
+    process = start(program, tmp_path, "-o", "a.png")
+    process.stdin.write(noise[: PIPE + 1])
+    process.stdin.flush()
+    process.send_signal(number)
+    assert ended(process) == 128 + number
+    assert names(tmp_path) == []
+
+
+@posix
+@signals
+def test_a_signal_at_work_leaves_all_or_nothing(program: Path, noise: bytes, tmp_path: Path, number: signal.Signals) -> None:
+    process = start(program, tmp_path, "-o", "a.png", "--width", "3000px", "--preview", "b.png")
+    process.stdin.write(noise)
+    process.stdin.close()
+    process.stdin = None
+    process.send_signal(number)
+    code = ended(process)
+    assert (code, names(tmp_path)) in [(128 + number, []), (0, ["a.png", "b.png"])]
+
+
+@posix
+@signals
+def test_a_signal_while_files_are_written_leaves_all_or_nothing(
+    program: Path, noise: bytes, tmp_path: Path, number: signal.Signals
+) -> None:
+    os.mkfifo(tmp_path / "pipe.png")
+    process = start(program, tmp_path, "-o", "pipe.png", "--width", "3000px", "--preview", "b.png")
+    process.stdin.write(noise)
+    process.stdin.close()
+    process.stdin = None
+    with (tmp_path / "pipe.png").open("rb") as pipe:
+        assert pipe.read(8) == b"\x89PNG\r\n\x1a\n"
         process.send_signal(number)
-        printed = process.communicate(timeout=60)
-        codes.add(process.returncode)
-        left = [name for name in names(noise) if name != "photo.png"]
-        # All or nothing, and never anything under another name.
-        assert left in ([], ["a.png", "b.png"]), left
-        assert all((noise / name).read_bytes() == whole[name] for name in left)
-        assert b"Traceback" not in b"".join(printed)
-    # A process that has not begun to listen is ended by the signal itself.
-    assert codes <= {0, 128 + number, -number}
-    assert 128 + number in codes
+        assert process.wait(120) == 128 + number
+    assert ended(process) == 128 + number
+    assert names(tmp_path) == ["pipe.png"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a process that is killed leaves what it was writing")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=lambda number: number.name)
-def test_a_process_that_is_killed_leaves_nothing_behind(tmp_path: Path, number: signal.Signals) -> None:
-    # Nobody listens here: what is not complete has no name.
+@pytest.mark.parametrize("lines", [1, 100, 3000])
+def test_a_process_that_is_killed_leaves_nothing_behind(tmp_path: Path, number: signal.Signals, lines: int) -> None:
+    # Nobody listens here: what is not complete has no name. Lines are printed while it is being written.
     program = """
-import numpy as np, graphstipple as gs
+import threading, numpy as np, graphstipple as gs
 drawing = gs.draw(np.random.default_rng(2).integers(0, 256, (160, 200), np.uint8))
 drawing.save("a.png", width=5000)
-print("now", flush=True)
+def tell():
+    while True:
+        print("now", flush=True)
+threading.Thread(target=tell, daemon=True).start()
 while True:
     drawing.save("a.png", width=5000)
 """
-    moments = random.Random(int(number))
-    for _ in range(5):
-        with subprocess.Popen([sys.executable, "-c", program], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout is not None
-            assert process.stdout.readline() == "now\n"
-            time.sleep(moments.uniform(0, 0.6))
-            process.send_signal(number)
-            assert process.wait(60) == -number
-        assert names(tmp_path) == ["a.png"]
-        with Image.open(tmp_path / "a.png") as image:
-            image.load()
+    with subprocess.Popen([sys.executable, "-c", program], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
+        assert [process.stdout.readline() for _ in range(lines)] == ["now\n"] * lines
+        process.send_signal(number)
+        assert process.wait(60) == -number
+    assert names(tmp_path) == ["a.png"]
+    with Image.open(tmp_path / "a.png") as image:
+        image.load()
 
 
 @posix
-def test_what_is_ignored_stays_ignored(program: Path, noise: Path) -> None:
-    for number in (signal.SIGHUP, signal.SIGTERM):
-        process = subprocess.Popen(
-            [program, "photo.png", "-o", "ignored.png", "--width", "6000px"],
-            cwd=noise,
-            preexec_fn=lambda number=number: signal.signal(number, signal.SIG_IGN),  # type: ignore[misc]  # noqa: PLW1509
-        )
-        for _ in range(10):
-            time.sleep(0.05)
-            process.send_signal(number)
-        assert process.wait(60) == 0
-        (noise / "ignored.png").unlink()
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+def test_what_is_ignored_stays_ignored(program: Path, noise: bytes, tmp_path: Path, number: signal.Signals) -> None:
+    process = subprocess.Popen(
+        [program, "-", "-o", "a.png", "--width", "1000px"],
+        cwd=tmp_path,
+        stdin=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_IGN),  # type: ignore[misc]  # noqa: PLW1509
+    )
+    process.stdin.write(noise[: PIPE + 1])
+    process.stdin.flush()
+    process.send_signal(number)
+    process.stdin.write(noise[PIPE + 1 :])
+    process.stdin.close()
+    process.send_signal(number)
+    assert process.wait(120) == 0
+    assert names(tmp_path) == ["a.png"]
 
 
-@posix
+@linux
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda number: number.name)
-def test_waiting_for_a_reader_can_be_interrupted(program: Path, desk: Path, number: signal.Signals) -> None:
-    os.mkfifo(desk / "pipe.svg")
-    Image.fromarray(np.random.default_rng(5).integers(0, 256, (400, 500), np.uint8)).save(desk / "noise.png")
-    for arguments in (["photo.png", "-o", "pipe.svg", "--preview", "b.png"], ["noise.png", "-o", "-"]):
-        with subprocess.Popen([program, *arguments], cwd=desk, stdout=subprocess.PIPE) as process:
-            # Nobody reads, neither the pipe nor standard output, which takes some of it.
-            time.sleep(2)
-            assert process.poll() is None
-            process.send_signal(number)
-            assert process.wait(5) == 128 + number
-    assert names(desk) == ["noise.png", "photo.png", "pipe.svg"]
+@pytest.mark.parametrize("output", ["pipe.svg", "-"])
+def test_waiting_for_a_reader_can_be_interrupted(
+    program: Path, noise: bytes, tmp_path: Path, number: signal.Signals, output: str
+) -> None:
+    # Nobody reads, neither the pipe nor standard output, which takes some of it.
+    os.mkfifo(tmp_path / "pipe.svg")
+    process = start(program, tmp_path, "-o", output, *(["--preview", "b.png"] if output != "-" else []))
+    process.stdin.write(noise)
+    process.stdin.close()
+    process.stdin = None
+    wait_until(lambda: waits(process))
+    process.send_signal(number)
+    assert process.wait(120) == 128 + number
+    assert ended(process) == 128 + number
+    assert names(tmp_path) == ["pipe.svg"]
 
 
-@posix
+@linux
 def test_saving_to_a_pipe_can_be_interrupted_in_python(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.svg")
     program = """
 import signal, numpy as np, graphstipple as gs
 signal.signal(signal.SIGINT, signal.default_int_handler)
 drawing = gs.draw(np.zeros((8, 8), np.uint8))
-print("now", flush=True)
 try:
+    print("now", flush=True)
     drawing.save("pipe.svg")
 except KeyboardInterrupt:
     print("interrupted")
 """
-    with subprocess.Popen([sys.executable, "-c", program], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "now\n"
-        time.sleep(0.3)
+    with subprocess.Popen([sys.executable, "-c", program], cwd=tmp_path, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"now\n"
+        wait_until(lambda: waits(process))
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=10)[0] == "interrupted\n"
+        assert process.communicate(timeout=60)[0] == b"interrupted\n"
