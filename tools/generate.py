@@ -240,7 +240,7 @@ The suffix says which. Those that `gs.load` reads give the drawing back.
 ROOMS = ("rust", "python", "benches", "docs", "examples", "tools", "tests")
 """Folders whose files the tree shows."""
 
-WITHOUT_TEXT = (".png", ".jpg", ".json", ".toml", ".lock", ".typed", ".md", ".html", ".css", ".js")
+WITHOUT_TEXT = (".png", ".jpg", ".json", ".toml", ".lock", ".typed", ".md", ".html", ".css", ".js", ".svg")
 """Suffixes of files that the tree leaves out: data, settings and pages."""
 
 
