@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -251,6 +252,8 @@ def first_sentence(path: Path) -> str:
         doc = ast.get_docstring(ast.parse(text)) or ""
     elif path.suffix == ".pyi":
         return "types of the extension module"
+    elif path.suffix == ".ipynb":
+        doc = "".join(json.loads(text)["cells"][0]["source"]).lstrip("# ")
     else:
         doc = rust_doc(path)
     # "et al." ends no sentence.
