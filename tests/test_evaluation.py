@@ -746,6 +746,18 @@ def test_gains_leave_out_photos_without_the_figure() -> None:
     assert np.isnan(tables.gains((difference,), own[1:, 1:], reference[1:, 1:])).tolist() == [True]
 
 
+def test_the_page_of_steps_has_a_row_and_a_paragraph_for_every_step() -> None:
+    page = (support.ROOT / "docs" / "steps.md").read_text(encoding="utf-8")
+    (head, titles), *rows = cells(page).items()
+    assert [head, *titles[:-1]] == ["", *(figure.title for figure in ablation.FIGURES)]
+    assert [name for name, _ in rows] == [f"{ours.DEFAULT}, as it is", *ours.WITHOUT, ours.PAPER]
+    paragraphs = page.split("## The steps")[1].split("\n\n")[1:]
+    assert [re.search(r"`([^`]+)`", paragraph).group(1) for paragraph in paragraphs[: len(ours.WITHOUT)]] == list(ours.WITHOUT)
+    sections = re.findall(r"^#+ (.*)$", (support.ROOT / "docs" / "method.md").read_text(encoding="utf-8"), re.MULTILINE)
+    anchors = {title.lower().replace(" ", "-") for title in sections}
+    assert set(re.findall(r"\(method\.md#([^)]+)\)", page)) <= anchors
+
+
 def ablated(photo: str, method: str, by: float, evenness: float | None) -> Result:
     """Return a result whose metrics are 0.5 + `by`, PSNR 20 - `by`."""
     names = ("flip_40", "flip_80", "flip_160", "near_lpips_alex", "near_lpips_vgg", "far_lpips_alex", "near_ssim", "local_tone")
