@@ -10,6 +10,7 @@
 #   make peers   speed beside other programs, which it installs into out/peers
 #   make fuzz   look for input that breaks the reading of images, options or drawings, FUZZ_SECONDS for each of FUZZ_TARGETS
 #   make evaluate   compare methods on scikit-image's photos: a report in out/evaluation
+#   make ablation   what each step of the default brings, on the same photos and those of MORE
 PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
@@ -30,10 +31,11 @@ FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options drawing_svg draw
 FUZZ_SECONDS := 600
 FUZZ_SEEDS :=
 
-# Public-domain photos in scikit-image's wheel.
+# Public-domain photos in scikit-image's wheel; MORE may name photos and folders for `make ablation`.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
+MORE :=
 
-.PHONY: build binary demo test lint format docs generate bench performance peers evaluate fuzz clean
+.PHONY: build binary demo test lint format docs generate bench performance peers evaluate ablation fuzz clean
 build: $(PACKAGE)
 
 $(ENVIRONMENT): requirements-dev.lock
@@ -68,7 +70,7 @@ test: $(PACKAGE) $(EVALUATION)
 	$(BUILD_BINARY)
 	# Once, and not by every process of the tests; what needs the weights says so if they are missing.
 	-$(BIN)/python -m graphstipple.metrics fetch
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
+	$(BIN)/python -m pytest --numprocesses auto --dist loadgroup
 
 lint: $(PACKAGE) $(EVALUATION) docs
 	cargo fmt --all --check
@@ -110,6 +112,11 @@ evaluate: $(EVALUATION)
 	$(BIN)/python -m graphstipple.metrics fetch
 	folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)') && \
 	    $(BIN)/graphstipple-eval $(PHOTOS:%="$$folder/%") --size 512 --out out/evaluation
+
+ablation: $(EVALUATION)
+	$(BIN)/python -m graphstipple.metrics fetch
+	folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)') && \
+	    $(BIN)/python -m graphstipple_eval.ablation $(PHOTOS:%="$$folder/%") $(MORE) --size 512 --out out/ablation
 
 # No sanitizer, which only a nightly compiler knows: there is no unsafe code to watch here.
 fuzz: $(PACKAGE)

@@ -192,6 +192,15 @@ def main() -> None:
     stippled = [gs.draw(photo, options=gs.Options(stippling=stippling)) for stippling in (0, 0.5, 0.8)]
     write(folder / "stippling.png", [drawn(one, HEAD, 2) for one in stippled])
 
+    # docs/steps.md: the default without its importance by detail, its emphasis, its dots in smooth parts.
+    without: list[dict[str, float]] = [
+        {"detail": 0, "floor": 0, "midtones": 0},
+        {"sharpen": 0, "local_contrast": 0},
+        {"stippling": 0},
+    ]
+    steps = [drawing, *(gs.draw(photo, options=gs.Options(**changes)) for changes in without)]
+    write(folder / "steps.png", [drawn(one, HEAD, 2) for one in steps])
+
     shapes = gs.Options(stippling=0)
     published = [ours.replace(alpha=alpha) for alpha in (0, "tonal", 1)]
     alphas = [gs.draw(photo, options=shapes.replace(published=one, refine=0)) for one in published]

@@ -35,6 +35,9 @@ GOLDEN = ROOT / "tests" / "golden"
 GOLDEN_CASES: dict[str, dict[str, object]] = {
     "camera": {"density": 1.0},
     "coffee": {"nodes": 1500, "relax": 2, "lattice": "square"},
+    "chelsea": {"preset": "paper"},
+    "rocket": {"preset": "scratchboard"},
+    "astronaut": {"preset": "linocut"},
 }
 """What `options_with` is given for every golden drawing, by the name of its files, which is also that of the photo."""
 

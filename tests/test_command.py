@@ -156,11 +156,16 @@ def test_every_option_means_the_same(command, photos, tmp_path, arguments, optio
     assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=options_with(**options)).svg()
 
 
-@pytest.mark.parametrize("name", [preset.name for preset in gs.presets()])
+INKS = {preset.name: preset.inks for preset in gs.presets()}
+"""What every preset is written with."""
+
+
+@pytest.mark.parametrize("name", INKS)
 def test_a_preset_means_the_same(command, photos, tmp_path, name):
     done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", "--preset", name)
-    inks = {preset.name: preset.inks for preset in gs.presets()}[name]
-    assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=gs.Options.preset(name)).svg(inks=inks)
+    assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=gs.Options.preset(name)).svg(
+        inks=INKS[name]
+    )
 
 
 def test_presets_are_listed_without_a_photo(command):
@@ -173,11 +178,10 @@ def test_presets_are_listed_without_a_photo(command):
 def test_the_command_makes_the_golden_drawings(command, tmp_path, name):
     changes = GOLDEN_CASES[name]
     result = done(command, GOLDEN / f"{name}.png", "-o", tmp_path / "out.svg", "--stats", *flags(**changes))
-    stats = json.loads(result.stdout)
-    assert {key: stats[key] for key in json.loads((GOLDEN / f"{name}.json").read_text())["counts"]} == json.loads(
-        (GOLDEN / f"{name}.json").read_text()
-    )["counts"]
-    assert (tmp_path / "out.svg").read_text() == gs.draw(GOLDEN / f"{name}.png", options=options_with(**changes)).svg()
+    stats, counts = json.loads(result.stdout), json.loads((GOLDEN / f"{name}.json").read_text())["counts"]
+    assert {key: stats[key] for key in counts} == counts
+    drawing, inks = gs.draw(GOLDEN / f"{name}.png", options=options_with(**changes)), INKS[changes.get("preset", "default")]
+    assert (tmp_path / "out.svg").read_text() == drawing.svg(inks=inks)
 
 
 def test_rust_saliency_is_opencvs_on_a_jpeg(photos):

@@ -1,4 +1,4 @@
-"""The evaluation: photos, methods and their budgets, results that are kept, failures, interruptions; the cross-validation."""
+"""The evaluation: photos, methods, budgets, results that are kept, failures, interruptions; the cross-validation; the ablation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,21 @@ from PIL import Image
 from tests import support
 
 import graphstipple as gs
-from graphstipple_eval import baselines, cli, cross_validation, files, labyrinth, ours, photos, quoted, report, results, run, tables
+from graphstipple_eval import (
+    ablation,
+    baselines,
+    cli,
+    cross_validation,
+    files,
+    labyrinth,
+    ours,
+    photos,
+    quoted,
+    report,
+    results,
+    run,
+    tables,
+)
 from graphstipple_eval.baselines import programs
 from graphstipple_eval.method import Counts, Method, Photo, Picture
 from graphstipple_eval.ours import Sweep
@@ -201,7 +215,7 @@ def test_the_defaults_without_an_idea_have_the_paper_s_values_of_its_options_and
     default, paper = (flat(dataclasses.asdict(options)) for options in (gs.Options(), gs.Options.paper()))
     pictures = drawn(small_photo)
     differing = {option for option, value in default.items() if value != paper[option]}
-    differing -= {"published.density", "nodes", "tolerance"}
+    differing -= {"published.density", "nodes"}
     set_back = set()
     for name in ours.WITHOUT:
         settings = flat(pictures[name].settings)
@@ -679,7 +693,7 @@ def test_a_score_is_0_for_the_paper_s_figures_and_1_at_the_targets_and_no_target
     assert cross_validation.score(PAPER_FIGURES, PAPER_FIGURES) == 0
     at_targets = PAPER_FIGURES * [0.88, 0.75, 1.35, 1, 5, 5] + [0, 0, 0, 2.5, 0, 0]
     assert cross_validation.score(at_targets, PAPER_FIGURES) == pytest.approx(1)
-    assert cross_validation.gains(at_targets, PAPER_FIGURES) == pytest.approx([-0.12, -0.25, 0.35, 2.5, 0.12, 4])
+    assert tables.gains(cross_validation.FIGURES, at_targets, PAPER_FIGURES) == pytest.approx([-0.12, -0.25, 0.35, 2.5, 0.12, 4])
     assert cross_validation.score(at_targets + np.array([0, 0, 0, 99, 0, 0]), PAPER_FIGURES) == pytest.approx((3 + 1.5) / 4)
     assert cross_validation.score(at_targets - np.array([0, 0, 0, 5, 0, 0]), PAPER_FIGURES) == pytest.approx((3 - 1) / 4)
 
@@ -710,6 +724,134 @@ def test_one_photo_is_too_few_to_leave_one_out(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "graphstipple_eval.cross_validation", tmp_path]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
     assert_one_line(ended, 1, "cross_validation: there is one photo, but one is left out")
+
+
+# Ablation
+
+
+def cells(text: str) -> dict[str, list[str]]:
+    """Return the rows of a table in Markdown by their first cell, the rule under the head left out."""
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
+    return {row[0].replace("`", ""): row[1:] for row in rows if row[0].strip("-") or not row[1].startswith("-")}
+
+
+def test_gains_leave_out_photos_without_the_figure() -> None:
+    share, difference = tables.Figure("a", lambda _: 0.0), tables.Figure("b", lambda _: 0.0, is_relative=False, digits=2)
+    reference = np.array([[2.0, 1.0], [4.0, 5.0], [6.0, np.nan]])
+    own = np.array([[3.0, 2.0], [6.0, np.nan], [9.0, 7.0]])
+    assert tables.gains((share, difference), own, reference).tolist() == [0.5, 1.0]
+    assert tables.gains((share, difference), reference, reference).tolist() == [0, 0]
+    assert (share.gain_text(0.5), difference.gain_text(-1), share.text(2)) == ("+50.0 %", "-1.00", "2.000")
+    assert np.isnan(tables.gains((difference,), own[1:, 1:], reference[1:, 1:])).tolist() == [True]
+
+
+def test_the_page_of_steps_has_a_row_and_a_paragraph_for_every_step() -> None:
+    page = (support.ROOT / "docs" / "steps.md").read_text(encoding="utf-8")
+    (head, titles), *rows = cells(page).items()
+    assert [head, *titles[:-1]] == ["", *(figure.title for figure in ablation.FIGURES)]
+    assert [name for name, _ in rows] == [f"{ours.DEFAULT}, as it is", *ours.WITHOUT, ours.PAPER]
+    paragraphs = page.split("## The steps")[1].split("\n\n")[1:]
+    assert [re.search(r"`([^`]+)`", paragraph).group(1) for paragraph in paragraphs[: len(ours.WITHOUT)]] == list(ours.WITHOUT)
+    sections = re.findall(r"^#+ (.*)$", (support.ROOT / "docs" / "method.md").read_text(encoding="utf-8"), re.MULTILINE)
+    anchors = {title.lower().replace(" ", "-") for title in sections}
+    assert set(re.findall(r"\(method\.md#([^)]+)\)", page)) <= anchors
+
+
+def ablated(photo: str, method: str, by: float, evenness: float | None) -> Result:
+    """Return a result whose metrics are 0.5 + `by`, PSNR 20 - `by`."""
+    names = ("flip_40", "flip_80", "flip_160", "near_lpips_alex", "near_lpips_vgg", "far_lpips_alex", "near_ssim", "local_tone")
+    metrics = {**dict.fromkeys(names, 0.5 + by), "far_psnr": 20 - by, "farther_psnr": 20 - 2 * by}
+    made = result_of(photo, method, **metrics)
+    return dataclasses.replace(made, counts={"coordinates": 1000}, evenness={} if evenness is None else {"evenness": evenness})
+
+
+def test_the_ablation_has_a_row_a_step_and_counts_photos(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ours, "WITHOUT", ("no-emphasis", "no-stippling"))
+    made = []
+    for photo, by in (("a", 0.1), ("b", 0.2), ("c", -0.15)):
+        made += [ablated(photo, ours.DEFAULT, 0, 0.8), ablated(photo, "no-emphasis", by, 0.9 if photo == "a" else None)]
+        made += [ablated(photo, "no-stippling", 0, None), ablated(photo, ours.PAPER, 0.25, 0.7)]
+    text = ablation.summary(made)
+    assert text.startswith("## Without each step: means over 3 photos, against the default\n")
+    (head, titles), *rows = cells(text).items()
+    assert head == ""
+    assert (titles[1], titles[-1]) == ("FLIP 80", "FLIP 80 worse / better")
+    same = ["+0.0 %"] * 6 + ["+0.00"] * 2 + ["+0.0 %"]
+    assert rows == [
+        ("graphstipple, as it is", [*["0.500"] * 6, "20.00", "20.00", "0.500", "0.800", "1000", ""]),
+        ("no-emphasis", [*["+10.0 %"] * 6, "-0.05", "-0.10", "+10.0 %", "+0.100", "+0.0 %", "2 / 1"]),
+        ("no-stippling", [*same, "", "+0.0 %", "0 / 0"]),
+        ("paper", [*["+50.0 %"] * 6, "-0.25", "-0.50", "+50.0 %", "-0.100", "+0.0 %", "3 / 0"]),
+    ]
+
+
+def quick_metrics(tone: np.ndarray) -> Callable[[np.ndarray], dict[str, float]]:
+    """Return all metrics of pictures of a photo: figures that tell pictures apart, and take no time."""
+
+    def of(picture: np.ndarray) -> dict[str, float]:
+        off = float(np.abs(picture - tone).mean())
+        names = (
+            "near_lpips_alex",
+            "near_lpips_vgg",
+            "near_psnr",
+            "near_ssim",
+            "near_msssim",
+            "far_lpips_alex",
+            "far_psnr",
+            "far_ssim",
+        )
+        names += ("far_msssim", "tone_error", "farther_psnr", "farther_ssim", "local_tone", "flip_40", "flip_80", "flip_160")
+        return {name: off ** (1 + i / 10) for i, name in enumerate(names)}
+
+    return of
+
+
+def test_the_ablation_s_command_prints_what_the_report_s_results_say(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(run, "processes", lambda jobs: Inline())
+    monkeypatch.setattr(run, "Comparison", quick_metrics)
+    monkeypatch.setattr(run, "Flip", lambda tone: lambda picture: {})
+    run._photo.cache_clear()
+    monkeypatch.setattr(ours, "WITHOUT", ("no-stippling", "unsimplified"))
+    paths = [write_photo(tmp_path / f"{name}.png", name, 168, 162) for name in ("camera", "coffee")]
+    arguments = [*map(str, paths), "--size", "168", "--out", str(tmp_path / "out")]
+    ablation.main(arguments)
+    text = capsys.readouterr().out
+    assert (tmp_path / "out" / "ablation.md").read_text() == text
+    pictures = json.loads((tmp_path / "out" / "results.json").read_text())["pictures"]
+    table = cells(text)
+    assert list(table) == ["", f"{ours.DEFAULT}, as it is", "no-stippling", "unsimplified", ours.PAPER]
+    titles = table.pop("")
+    by_method = {
+        name: [entry for entry in pictures if entry["method"] == name] for name in (ours.DEFAULT, *ours.WITHOUT, ours.PAPER)
+    }
+    assert [len(entries) for entries in by_method.values()] == [2, 2, 2, 2]
+    for name, group, title, kind in (
+        ("flip_40", "metrics", "FLIP 40", "share"),
+        ("flip_160", "metrics", "FLIP 160", "share"),
+        ("near_ssim", "metrics", "SSIM near", "share"),
+        ("far_psnr", "metrics", "PSNR far, dB", "difference"),
+        ("coordinates", "counts", "coordinates", "share"),
+    ):
+        at = titles.index(title)
+        mean = {method: np.mean([entry[group][name] for entry in entries]) for method, entries in by_method.items()}
+        default = mean[ours.DEFAULT]
+        assert float(table["graphstipple, as it is"][at]) == pytest.approx(default, abs=0.5 if group == "counts" else 0.01)
+        for method in (*ours.WITHOUT, ours.PAPER):
+            gain = mean[method] - default
+            assert table[method][at] == (f"{100 * gain / default:+.1f} %" if kind == "share" else f"{gain:+.2f}")
+    # Nothing but points is taken away by simplification.
+    assert float(table["unsimplified"][titles.index("coordinates")].removesuffix(" %")) > 20
+    worse, better = map(int, table[ours.PAPER][-1].split(" / "))
+    flips = [[entry["metrics"]["flip_80"] for entry in by_method[name]] for name in (ours.PAPER, ours.DEFAULT)]
+    assert (worse, better) == (np.greater(*flips).sum(), np.less(*flips).sum())
+    # The folder is a report that graphstipple-eval goes on with.
+    assert (tmp_path / "out" / report.MARKER).is_file()
+    before = states(tmp_path / "out")
+    ablation.main(arguments)
+    assert capsys.readouterr().out == text
+    assert states(tmp_path / "out") == before
 
 
 # The command
@@ -879,6 +1021,7 @@ def test_a_whole_run_and_its_files(folder: Path, tmp_path: Path) -> None:
         assert {name: float(row[name]) for name in own} == own
         assert {"small_regions", "evenness", "evenness_deviation"} <= own.keys()
         seen = {"farther_psnr", "farther_ssim", "local_tone", "flip_40", "flip_80", "flip_160"}
+        assert all(math.isfinite(figure.read(Result.of_json(picture))) for figure in ablation.FIGURES)
         assert all(0 < picture["metrics"][name] < (1 if name != "farther_psnr" else 50) for name in seen)
     assert (tmp_path / "out" / report.MARKER).is_file()
     before = states(tmp_path)

@@ -21,6 +21,9 @@ from tests import readers, support
 
 from graphstipple_eval import quoted
 
+# One report for all tests, so in one process.
+pytestmark = pytest.mark.xdist_group("report")
+
 METHODS = ("graphstipple", "paper", "paper-alpha-1", "no-area", "threshold", "floyd-steinberg", "lbg")
 VALUES = (0, 12)
 PHOTOS = ("astronaut", "camera #2")

@@ -203,7 +203,7 @@ def test_two_outputs_are_two_files(program: Path, desk: Path, output: str, previ
 def noise() -> bytes:
     """Return a photo, larger than a pipe holds at once."""
     file = io.BytesIO()
-    Image.fromarray(np.random.default_rng(2).integers(0, 256, (320, 400), np.uint8)).save(file, "PNG")
+    Image.fromarray(np.random.default_rng(2).integers(0, 256, (400, 480), np.uint8)).save(file, "PNG")
     assert len(file.getvalue()) > 2 * PIPE
     return file.getvalue()
 

@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -290,7 +291,7 @@ completions.
 ROOMS = ("rust", "python", "benches", "docs", "examples", "tools", "tests")
 """Folders whose files the tree shows."""
 
-WITHOUT_TEXT = (".png", ".jpg", ".json", ".toml", ".lock", ".typed", ".md", ".html", ".css", ".js")
+WITHOUT_TEXT = (".png", ".jpg", ".json", ".toml", ".lock", ".typed", ".md", ".html", ".css", ".js", ".svg")
 """Suffixes of files that the tree leaves out: data, settings and pages."""
 
 
@@ -301,6 +302,8 @@ def first_sentence(path: Path) -> str:
         doc = ast.get_docstring(ast.parse(text)) or ""
     elif path.suffix == ".pyi":
         return "types of the extension module"
+    elif path.suffix == ".ipynb":
+        doc = "".join(json.loads(text)["cells"][0]["source"]).lstrip("# ")
     else:
         doc = rust_doc(path)
     # "et al." ends no sentence.

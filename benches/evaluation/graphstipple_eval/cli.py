@@ -1,4 +1,4 @@
-"""The command `graphstipple-eval`."""
+"""The command `graphstipple-eval`, and what commands that print tables share with it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import argparse
 import os
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NoReturn
 
 import numpy as np
@@ -84,11 +85,11 @@ def _evaluate(arguments: argparse.Namespace) -> int:
     jobs = os.cpu_count() or 1 if arguments.jobs is None else _whole("--jobs", arguments.jobs, 1)
     selection = Selection(parse_names(arguments.methods), parse_sweeps(arguments.sweep), parse_budget(arguments.budget))
     root: Path = arguments.out
-    _check_out(root)
+    check_out(root)
     # Without the weights of LPIPS, this fails now and not after the first drawing.
     Comparison(np.zeros((Comparison.LEAST_SIDE, Comparison.LEAST_SIDE)))
     decoded = photos.decode(photos.find(arguments.photos), sizes, Comparison.LEAST_SIDE, root / report.PICTURES)
-    files.write(root / report.MARKER, b"This folder is a report of graphstipple-eval, which writes and deletes files here.\n")
+    mark(root)
     prepared = photos.write(decoded)
     outcome = run_and_show(prepared, selection, root, jobs)
     index = report.write(root, prepared, selection, outcome)
@@ -110,7 +111,12 @@ def _whole(name: str, text: str, least: int) -> int:
     return int(text)
 
 
-def _check_out(root: Path) -> None:
+def mark(root: Path) -> None:
+    """Say in a folder that it is a report, whole or to be."""
+    files.write(root / report.MARKER, b"This folder is a report of graphstipple-eval, which writes and deletes files here.\n")
+
+
+def check_out(root: Path) -> None:
     """Refuse to spread a report over a folder of other things, or where nothing can be written."""
     there = next(path for path in (root.absolute(), *root.absolute().parents) if path.exists())
     if not there.is_dir():
@@ -130,6 +136,68 @@ def run_and_show(prepared: Sequence[PhotoFile], selection: Selection, root: Path
         if sys.stderr.isatty():
             print(file=sys.stderr)
     return outcome
+
+
+def all_made(paths: Sequence[Path], size: int, selection: Selection, root: Path, jobs: int) -> tuple[list[PhotoFile], run.Outcome]:
+    """Draw photos and measure everything that is not in the folder yet.
+
+    Raises
+    ------
+    GraphStippleError
+        If a photo cannot be taken, or a picture could not be made.
+    """
+    prepared = photos.write(photos.decode(paths, [size], Comparison.LEAST_SIDE, root / report.PICTURES))
+    outcome = run_and_show(prepared, selection, root, jobs)
+    if outcome.failures:
+        failure = outcome.failures[0]
+        raise gs.GraphStippleError(f"{failure.method} failed on {failure.photo}: {failure.reason}")
+    return prepared, outcome
+
+
+def print_tables(
+    name: str,
+    description: str,
+    tables: Callable[[Sequence[Path], int, Path, int], str],
+    kept: str,
+    arguments: Sequence[str] | None,
+) -> None:
+    """Run a command that prints tables in Markdown, and keeps them as `NAME.md`, with the pictures, if a folder is given.
+
+    Parameters
+    ----------
+    name, description : str
+        The module's name, and what it does.
+    tables : callable
+        Returns the tables of places of photos, their size, the folder of the pictures and a number of processes.
+    kept : str
+        What is kept in the folder, for the help.
+    arguments : sequence of str, optional
+        By default the program's.
+
+    Raises
+    ------
+    SystemExit
+        If there is something wrong with the arguments or the photos, or a picture cannot be made; with one sentence.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m graphstipple_eval.{name}", description=description)
+    parser.add_argument("photos", nargs="+", type=Path, metavar="FOLDER|FILE", help="folders of photos, or single photos")
+    parser.add_argument("--size", type=int, default=512, help="longest side that photos are reduced to (default: %(default)s)")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default: %(default)s)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help=f"also write {kept} there, and keep the pictures, so that another run makes only what has changed",
+    )
+    given = parser.parse_args(arguments)
+    try:
+        with TemporaryDirectory() as temporary:
+            text = tables(given.photos, given.size, given.out or Path(temporary), given.jobs)
+    except gs.GraphStippleError as error:
+        sys.exit(f"{name}: {error}")
+    print(text, end="")
+    if given.out is not None:
+        files.write(given.out / f"{name}.md", text.encode())
 
 
 def show(done: int, of_all: int, task: run.Task, entry: Result | Failure) -> None:

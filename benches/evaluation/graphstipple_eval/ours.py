@@ -21,6 +21,7 @@ the node budget among them, as in the defaults:
 - correction of the mean tone: `tone_tolerance`;
 - fused dots split: `split`;
 - crossings by tone: `published.crossings`;
+- outlines of fewer points: `tolerance`;
 - alpha = 1 for the importance: `published.importance_alpha`.
 
 With a fixed budget of coordinates, each of these methods, and each value of a sweep, is drawn with other numbers of nodes until it
@@ -90,6 +91,7 @@ _WITHOUT: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("no-tone-correction", "no tone correction", {"tone_tolerance": None}),
     ("fused-dots", "fused dots left", {"split": 0}),
     ("midpoint-crossings", "crossings at midpoints", {"published": _PUBLISHED.replace(crossings="midpoint")}),
+    ("unsimplified", "every point of the outlines kept", {"tolerance": 0}),
     ("dynamic-importance-alpha", "dynamic alpha for the importance", {"published": _PUBLISHED.replace(importance_alpha="dynamic")}),
 )
 """The defaults without one idea: a name, a title, and the paper's values of the options that make the idea."""

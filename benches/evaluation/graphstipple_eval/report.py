@@ -106,7 +106,7 @@ def write(root: Path, photos: Sequence[PhotoFile], selection: Selection, outcome
         "photos": photos,
         "names": sorted({photo.name for photo in photos}),
     }
-    written: dict[str, str] = {"results.json": _json(photos, selection, outcome), "results.csv": _csv(outcome.results)}
+    written = numbers(photos, selection, outcome)
     for name in STATIC:
         written[name] = (importlib.resources.files("graphstipple_eval") / "static" / name).read_text("utf-8")
 
@@ -203,6 +203,11 @@ def _is_smaller(photo: PhotoFile) -> bool:
 
 def _of(photo: PhotoFile, made: Sequence[Result]) -> list[Result]:
     return [result for result in made if (result.photo, result.size) == (photo.name, photo.size)]
+
+
+def numbers(photos: Sequence[PhotoFile], selection: Selection, outcome: Outcome) -> dict[str, str]:
+    """Return the files that hold a run's numbers by their names, `results.json` and `results.csv`."""
+    return {"results.json": _json(photos, selection, outcome), "results.csv": _csv(outcome.results)}
 
 
 def _json(photos: Sequence[PhotoFile], selection: Selection, outcome: Outcome) -> str:

@@ -21,7 +21,7 @@ from graphstipple_eval.baselines import programs
 KEY_LENGTH = 16
 """Hexadecimal digits of a key: 64 bits, so that no two pictures meet by chance, in names that can still be read."""
 
-NOT_METHODS = ("__main__.py", "cli.py", "cross_validation.py", "plots.py", "quoted.py", "report.py", "tables.py")
+NOT_METHODS = ("__main__.py", "ablation.py", "cli.py", "cross_validation.py", "plots.py", "quoted.py", "report.py", "tables.py")
 """Modules of the evaluation that cannot change a picture or its metrics."""
 
 PACKAGES = ("flip-evaluator", "numpy", "opencv-contrib-python-headless", "pillow", "resvg-py", "scikit-image", "scipy")

@@ -1,11 +1,14 @@
-"""The report's tables as data: what the report prints and its test reads."""
+"""Tables as data: what the report prints and its test reads, and gains over a reference, which other commands print in Markdown."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from graphstipple_eval import ours, quoted
 from graphstipple_eval.flip import PIXELS_PER_DEGREE
@@ -207,3 +210,59 @@ def ideas(methods: Sequence[Method]) -> list[Method]:
     if not by_name.keys() & set(ours.WITHOUT):
         return []
     return [by_name[name] for name in (ours.DEFAULT, *ours.WITHOUT, ours.PAPER) if name in by_name]
+
+
+class Figure(NamedTuple):
+    """What is measured of a picture, to be compared with that of a reference."""
+
+    title: str
+    read: Callable[[Result], float]
+    """NaN for a result that has no such number."""
+    is_relative: bool = True
+    """Whether a gain is a share of the reference's mean, else the difference from it."""
+    digits: int = 3
+    target: float | None = None
+    """The gain that is wanted; None for figures that no score knows."""
+
+    def text(self, value: float) -> str:
+        """Return a value as it is printed."""
+        return f"{value:.{self.digits}f}"
+
+    def gain_text(self, gain: float) -> str:
+        """Return a gain as it is printed."""
+        return f"{100 * gain:+.1f} %" if self.is_relative else f"{gain:+.{self.digits}f}"
+
+
+def by_method(results: Iterable[Result], figures: Sequence[Figure]) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the figures of every method by its name, (photos, figures) arrays, in the order of the results."""
+    read: dict[str, list[list[float]]] = {}
+    for result in results:
+        read.setdefault(result.method, []).append([figure.read(result) for figure in figures])
+    return {name: np.array(rows) for name, rows in read.items()}
+
+
+def gains(figures: Sequence[Figure], own: npt.NDArray[np.float64], reference: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the gains over a reference in the means over photos: shares or differences, as the figures say.
+
+    Parameters
+    ----------
+    figures : sequence of Figure
+        What the columns are.
+    own, reference : (photos, figures) array
+        The figures of both. Where one has none of a photo, that photo does not count for that figure.
+
+    Returns
+    -------
+    (figures,) array
+        NaN where no photo counts.
+    """
+    counts = ~(np.isnan(own) | np.isnan(reference))
+    photos = np.where(counts.any(axis=0), counts.sum(axis=0), np.nan)
+    mean, base = (np.where(counts, values, 0).sum(axis=0) / photos for values in (own, reference))
+    gained: npt.NDArray[np.float64] = (mean - base) / np.where([figure.is_relative for figure in figures], base, 1)
+    return gained
+
+
+def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows))
