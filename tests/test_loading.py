@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -26,6 +27,9 @@ import graphstipple as gs
 pytestmark = pytest.mark.filterwarnings("ignore:the whole drawing is:graphstipple.GraphStippleWarning")
 
 STYLES: list[dict[str, Any]] = [{}, {"style": "layered"}, {"inks": "white"}, {"inks": "both"}]
+
+SHOWN = (0, 1, 2)
+"""The styles of which a picture is compared: with both inks, the paper shines through where they meet."""
 
 FINE = 4
 """Pictures are compared this many times as large and averaged, so that how a program antialiases hardly counts."""
@@ -168,9 +172,8 @@ def check_loaded(drawing: gs.Drawing, folder: Path) -> None:
     white += (np.pi * drawing.stipples["radius"] ** 2 * (drawing.stipples["ink"] == 1)).sum()
     # Values are rounded to 1/255, and a flattened outline lies 0.01 pixels inside its curve.
     assert raster.mean() / 255 == pytest.approx(white / (drawing.width * drawing.height), abs=0.006)
-    # With both inks, the paper shines through where they meet.
-    for how in STYLES[:3]:
-        check_same_picture(drawing.svg(**how), drawing)
+    for number in SHOWN:
+        check_same_picture(drawing.svg(**STYLES[number]), drawing)
     drawing.save(folder / "again.json")
     assert same_files(gs.load(folder / "again.json"), drawing)
     for how in STYLES:
@@ -188,6 +191,12 @@ def check_same_picture(svg: str, drawing: gs.Drawing) -> None:
     assert difference.max() < PIXEL_TOLERANCE
 
 
+def is_plain(svg: str, drawing: gs.Drawing) -> bool:
+    """Whether a document has no margin and no paper of its own."""
+    root = ElementTree.fromstring(svg)
+    return root.get("viewBox") == f"0 0 {drawing.width} {drawing.height}" and 'id="paper"' not in svg
+
+
 def refusal(path: Path) -> str:
     """Return the sentence with which a file is refused."""
     with pytest.raises(gs.ImageFileError) as refused:
@@ -201,14 +210,13 @@ def refusal(path: Path) -> str:
 @pytest.mark.parametrize("suffix", ["json", "svg"])
 def test_mutants_are_drawings_or_refused(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"mutant.{suffix}"
-    drawings, accepted = small_drawings(), 0
+    drawings, accepted, shown = small_drawings(), 0, 0
     for seed in range(MUTANTS):
         random = np.random.default_rng(seed)
         drawing = drawings[seed % len(drawings)]
-        if suffix == "json":
-            mutant = mutant_of_json(drawing.json(), random)
-        else:
-            mutant = mutant_of_svg(drawing.svg(**STYLES[int(random.integers(len(STYLES)))]), random)
+        style = int(random.integers(len(STYLES)))
+        is_svg = suffix == "svg"
+        mutant = mutant_of_svg(drawing.svg(**STYLES[style]), random) if is_svg else mutant_of_json(drawing.json(), random)
         path.write_text(mutant)
         try:
             loaded = gs.load(path)
@@ -218,10 +226,14 @@ def test_mutants_are_drawings_or_refused(suffix: str, tmp_path: Path) -> None:
         accepted += 1
         try:
             check_loaded(loaded, tmp_path)
+            if is_svg and style in SHOWN and is_plain(mutant, loaded):
+                shown += 1
+                check_same_picture(mutant, loaded)
         except Exception as error:
             raise AssertionError(f"mutant {seed} was loaded") from error
     # Enough of both kinds.
     assert 0.05 * MUTANTS < accepted < 0.9 * MUTANTS
+    assert suffix == "json" or shown > 0.02 * MUTANTS
 
 
 WHOLE = square(2, 8)
