@@ -1,7 +1,6 @@
 //! Every stage at one megapixel, each on what the stages before it made; see the crate's text for how to read the times.
 
 use std::error::Error;
-use std::time::Duration;
 
 use graphstipple_bench::stages::{Prepared, Stage};
 use graphstipple_bench::{is_smoke_run, median, options, photo};
@@ -24,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Calls a stage until there are enough times, the first of which only warms up.
 fn row(stage: &Stage, least: usize, most: usize) -> String {
     let runs = ((SECONDS / stage.time().as_secs_f64()) as usize).clamp(least, most);
-    let mut times: Vec<f64> = (0..runs).map(|_| stage.time()).map(Duration::as_secs_f64).map(|seconds| 1000.0 * seconds).collect();
+    let mut times: Vec<f64> = (0..runs).map(|_| 1000.0 * stage.time().as_secs_f64()).collect();
     times.sort_by(f64::total_cmp);
     let (fastest, slowest) = (times[0], times[runs - 1]);
     format!("{:<24}{fastest:>10.3}{:>10.3}{slowest:>10.3}{runs:>8}", stage.name, median(times))

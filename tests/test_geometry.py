@@ -86,11 +86,11 @@ def outlines(picture: gs.Drawing) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ["astronaut", "coffee"])
-@on_every_tolerance
-def test_photos_are_sound_at_every_tolerance(name: str, tolerance: float) -> None:
-    drawing = drawn(name, tolerance, 160, 120)
+@pytest.mark.parametrize("tolerance", [0.25, 1.0])
+def test_photos_are_sound_at_small_and_large_tolerances(name: str, tolerance: float) -> None:
+    drawing = drawn(name, tolerance)
     check_picture(drawing, drawing.width, drawing.height)
-    check_same_marks(drawing, drawn(name, 0.0, 160, 120))
+    check_same_marks(drawing, drawn(name, 0.0))
 
 
 @given(
