@@ -192,9 +192,10 @@ def check_same_picture(svg: str, drawing: gs.Drawing) -> None:
 
 
 def is_plain(svg: str, drawing: gs.Drawing) -> bool:
-    """Whether a document has no margin and no paper of its own."""
-    root = ElementTree.fromstring(svg)
-    return root.get("viewBox") == f"0 0 {drawing.width} {drawing.height}" and 'id="paper"' not in svg
+    """Whether a document is as large as its drawing, and has no paper of its own."""
+    root, width, height = ElementTree.fromstring(svg), str(drawing.width), str(drawing.height)
+    is_canvas = (root.get("width"), root.get("height"), root.get("viewBox")) == (width, height, f"0 0 {width} {height}")
+    return is_canvas and 'id="paper"' not in svg
 
 
 def refusal(path: Path) -> str:
