@@ -12,9 +12,11 @@ use crate::files::write_path::{STROKE, leftmost};
 /// The most characters of a number: more than the exact value of any coordinate on a drawing's finest grid has.
 const MOST_CHARACTERS: usize = 40;
 
-/// Reads a decimal number as files have it: digits, a point, a minus sign, and neither exponent nor words.
+/// Reads a decimal number as files have it: digits, a point before digits, a minus sign, and neither exponent nor words.
 pub(super) fn number(text: &str) -> Option<f64> {
-    let is_plain = text.len() <= MOST_CHARACTERS && text.bytes().all(|byte| byte.is_ascii_digit() || b".-".contains(&byte));
+    let is_plain = text.len() <= MOST_CHARACTERS
+        && text.bytes().all(|byte| byte.is_ascii_digit() || b".-".contains(&byte))
+        && text.ends_with(|last: char| last.is_ascii_digit());
     if is_plain { text.parse().ok() } else { None }
 }
 
@@ -88,13 +90,13 @@ impl<'a> PathReader<'a> {
     fn arcs(&mut self, start: Point) -> Result<Subpath, Unexpected> {
         self.expect(b'a')?;
         let mut numbers = [0.0; 14];
-        for number in &mut numbers {
-            *number = self.number()?;
+        for (place, number) in numbers.iter_mut().enumerate() {
+            *number = if [3, 4].contains(&(place % 7)) { self.flag()? } else { self.number()? };
         }
         let [radius, sweep] = [numbers[0], numbers[4]];
         let half = |diameter: f64| [radius, radius, 0.0, 1.0, sweep, diameter, 0.0];
         let expected = [half(2.0 * radius), half(-2.0 * radius)];
-        if numbers != *expected.as_flattened() || ![0.0, 1.0].contains(&sweep) {
+        if numbers != *expected.as_flattened() {
             return Err(self.at);
         }
         self.expect(b'z')?;
@@ -185,6 +187,21 @@ impl<'a> PathReader<'a> {
         Ok(value)
     }
 
+    /// A flag of an arc: a single digit, 0 or 1. Others read no number there, but an end of the path.
+    fn flag(&mut self) -> Result<f64, Unexpected> {
+        self.expect(b' ')?;
+        let value = match self.peek() {
+            Some(b'0') => 0.0,
+            Some(b'1') => 1.0,
+            _ => return Err(self.at),
+        };
+        self.at += 1;
+        match self.peek() {
+            Some(b' ' | b'-') => Ok(value),
+            _ => Err(self.at),
+        }
+    }
+
     /// A point relative to another.
     fn point(&mut self, from: Point) -> Result<Point, Unexpected> {
         Ok(Point::new(from.x + self.number()?, from.y + self.number()?))
@@ -231,7 +248,12 @@ mod tests {
             // Not a circle: radii, flags, diameters, one arc, no end.
             ("m1 2a3 4 0 1 1 6 0 3 4 0 1 1-6 0z", 32),
             ("m1 2a3 3 0 0 1 6 0 3 3 0 1 1-6 0z", 32),
-            ("m1 2a3 3 0 1 2 6 0 3 3 0 1 2-6 0z", 32),
+            ("m1 2a3 3 0 1 2 6 0 3 3 0 1 2-6 0z", 13),
+            ("m1 2a3 3 0 1-0 6 0 3 3 0 1-0-6 0z", 12),
+            ("m1 2a3 3 0 1 -0 6 0 3 3 0 1 -0-6 0z", 13),
+            ("m1 2a3 3 0 1 1. 6 0 3 3 0 1 1.-6 0z", 14),
+            ("m1 2a3 3 0 11 6 0 3 3 0 11-6 0z", 12),
+            ("m1 2h1.v3z", 5),
             ("m1 2a3 3 0 1 1 5 0 3 3 0 1 1-5 0z", 32),
             ("m1 2a3 3 0 1 1 6 0z", 18),
             ("m1 2a3 3 0 1 1 6 0 3 3 0 1 1-6 0h1z", 32),
