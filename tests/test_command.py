@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from tests import readers
 from tests.commands import FAILURE, USAGE, assert_one_sentence, done, native_binary, run
 from tests.support import PUBLISHED, options_with, photo
 
@@ -512,6 +513,45 @@ def test_a_reader_that_goes_away_is_no_error(program, photos):
         process.stdout.close()
         assert process.stderr.read() == b""
     assert process.returncode == 0
+
+
+def test_dots_have_a_least_radius_on_paper(command, photos, tmp_path):
+    def stats(*arguments: object) -> dict[str, float]:
+        return json.loads(done(command, photos / "astronaut.jpg", "-o", tmp_path / "dots.dxf", "--stats", *arguments).stdout)
+
+    def least() -> float:
+        return min(circle.dxf.radius for circle in readers.dxf(tmp_path / "dots.dxf").modelspace().query("CIRCLE"))
+
+    before = stats("--width", "100mm")
+    assert (before["dots_enlarged"], before["dots_dropped"]) == (0, 0)
+    assert least() < 0.4
+    after = stats("--width", "100mm", "--min-dot", "0.4mm")
+    assert after["dots_enlarged"] > 0
+    assert after["stipples"] == before["stipples"] - after["dots_dropped"]
+    assert least() == pytest.approx(0.4, abs=2e-3)
+    # The same length on larger paper is fewer pixels.
+    large = stats("--width", "1000mm", "--min-dot", "0.4mm")
+    assert large["dots_enlarged"] + large["dots_dropped"] < after["dots_enlarged"] + after["dots_dropped"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["-o", "no.pdf", "--page", "A4", "--width", "300mm"],
+            "the drawing would be 300 x 220 mm, but the page A4 has room for 297 x 210 mm inside its margins",
+        ),
+        (["-o", "no.svg", "--page", "A6", "--margin", "6cm"], "the margin of 6cm leaves nothing of the page A6: 148 x 105 mm"),
+        (["-o", "no.png", "--width", "60in", "--dpi", "2000"], "the image would be 120000 x 88000 pixels"),
+        (["-o", "no.png", "--width", "60000"], "the raster would be 60000 x 44000 pixels"),
+    ],
+    ids=lambda it: " ".join(it[2:]) if isinstance(it, list) else "",
+)
+def test_sizes_that_the_drawing_cannot_have(command, bad_files, tmp_path, arguments, message):
+    result = run(command, bad_files / "good.png", *arguments, cwd=tmp_path)
+    assert_one_sentence(result, FAILURE)
+    assert message in result.stderr.decode()
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_blank_drawing_is_one_line_on_standard_error(program, tmp_path):
