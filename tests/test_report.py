@@ -80,8 +80,6 @@ def browser() -> Iterator[Browser]:
 def page(browser: Browser) -> Iterator[Page]:
     """A page that must not meet an error."""
     page = browser.new_page(viewport={"width": 1280, "height": 900})
-    # Time goes by when a test says so.
-    page.add_init_script("var passed = 0; performance.now = () => passed;")
     errors: list[str] = []
     page.on("console", lambda message: errors.append(message.text) if message.type in {"error", "warning"} else None)
     page.on("pageerror", lambda error: errors.append(str(error)))
@@ -280,8 +278,8 @@ def test_as_many_columns_as_are_asked_for_where_they_fit(report: Path, page: Pag
 
 # The zoom
 
-REST = """() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => { passed += 1000; done(); })))"""
-"""After what was scrolled has been told of, a second goes by."""
+REST = 500
+"""Milliseconds after which a page that was scrolled is at rest."""
 
 
 def transforms(page: Page) -> list[list[float]]:
@@ -311,10 +309,10 @@ def viewer(report: Path, page: Page) -> Page:
 
 
 def point_at(page: Page, pane: int, x: float, y: float) -> None:
-    """Move the mouse over a pane, to a place in shares of it, when the page is at rest."""
+    """Move the mouse over a pane, to a place in shares of it, and wait until the page is at rest."""
     window = page.locator(".window").nth(pane)
     window.scroll_into_view_if_needed()
-    page.evaluate(REST)
+    page.wait_for_timeout(REST)
     box = window.bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
