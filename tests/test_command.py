@@ -486,6 +486,7 @@ SEE = " (see graphstipple --help)"
         (["-o", "out.svg", "--dense"], f"unexpected argument '--dense' found{SEE}"),
         (["-o", "out.svg", "--relax", "-1"], "--relax is -1, but it must be between 0 and 100 steps"),
         (["-o", "-", "--dpi", "300"], "--dpi is 300, but it must be left out unless the file is a .png: the others have no pixels"),
+        (["-o", "out.svg", "--min-dot", "2000mm"], "--min-dot is 2000mm, but it must be at most 1000mm"),
         (["-o", "good.png"], "good.png: the drawing would replace an image that it is made from"),
     ],
     ids=lambda it: " ".join(it) if isinstance(it, list) else "",
