@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import threading
-import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
@@ -117,15 +116,10 @@ def test_size_and_rasters(drawing: gs.Drawing) -> None:
 
 
 def test_tone_is_kept(astronaut: np.ndarray) -> None:
-    drawing = gs.draw(astronaut, importance="none", options=options_with(alpha=1))
     tone = np.asarray(Image.fromarray(astronaut).convert("L")).mean()
-    assert abs(drawing.rasterize().mean() - tone) < 16
-
-
-def test_svg_is_xml_of_the_right_size(drawing: gs.Drawing) -> None:
-    root = ET.fromstring(drawing.svg())
-    assert root.tag == "{http://www.w3.org/2000/svg}svg"
-    assert root.get("viewBox") is not None
+    for importance in ("saliency", "none"):
+        # A hundredth of the way from black to white, as the default tone tolerance has it.
+        assert gs.draw(astronaut, importance=importance).rasterize().mean() == pytest.approx(tone, abs=2.55)
 
 
 def test_save_by_suffix(drawing: gs.Drawing, tmp_path: Path) -> None:
@@ -137,7 +131,7 @@ def test_save_by_suffix(drawing: gs.Drawing, tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "wide.PNG")), drawing.rasterize(300))
     drawing.save(tmp_path / "narrow.png", np.int64(64))
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "narrow.png")), drawing.rasterize(64))
-    others = {"out.pdf": b"%PDF-", "out.eps": b"%!PS-Adobe", "out.dxf": b"", "out.json": b"{"}
+    others = {"out.pdf": b"%PDF-", "out.eps": b"%!PS-Adobe", "out.dxf": b"999\ngraphstipple ", "out.json": b"{"}
     for name, beginning in others.items():
         drawing.save(tmp_path / name)
         assert (tmp_path / name).read_bytes().startswith(beginning)
@@ -315,12 +309,6 @@ def test_notebooks_get_exactly_one_picture(drawing: gs.Drawing, monkeypatch: pyt
     assert png.startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("threads", [1, 2, 4])
-def test_threads_do_not_change_the_drawing(photo: np.ndarray, threads: int) -> None:
-    crop = photo[:200, :300]
-    assert gs.draw(crop, options=gs.Options(threads=threads)).svg() == gs.draw(crop).svg()
-
-
 def test_progress_runs_from_zero_to_one(astronaut: np.ndarray) -> None:
     reports: list[tuple[str, float]] = []
     gs.draw(astronaut, options=options_with(density=1.0), progress=lambda stage, fraction: reports.append((stage, fraction)))
@@ -400,14 +388,3 @@ def test_ctrl_c_stops_the_work(at: str) -> None:
     assert process.returncode == 0, errors
     # Ten seconds of work were still to be done.
     assert "outlines" not in stages
-
-
-def test_console_script_is_the_command_line(small: np.ndarray, tmp_path: Path) -> None:
-    script = Path(sys.executable).with_name("graphstipple")
-    for command in [[str(script)], [sys.executable, "-m", "graphstipple"]]:
-        shown = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
-        assert gs.__version__ in shown.stdout
-    photo = tmp_path / "photo.png"
-    Image.fromarray(small).save(photo)
-    subprocess.run([str(script), str(photo), "-o", str(tmp_path / "out.svg")], check=True)
-    assert (tmp_path / "out.svg").read_text() == gs.draw(photo).svg()

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import math
 import os
 import re
 import subprocess
-import sys
 import sysconfig
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PIL import Image
-from tests import oracles
+from tests import readers
 from tests.commands import FAILURE, USAGE, assert_one_sentence, done, native_binary, run
-from tests.support import GOLDEN, GOLDEN_CASES, PUBLISHED, ROOT, options_with, photo
+from tests.support import PUBLISHED, options_with, photo
 
 import graphstipple as gs
 from graphstipple import _core
@@ -174,22 +171,6 @@ def test_presets_are_listed_without_a_photo(command):
     assert all(line.endswith(preset.description) for line, preset in zip(lines, gs.presets(), strict=True))
 
 
-@pytest.mark.parametrize("name", GOLDEN_CASES)
-def test_the_command_makes_the_golden_drawings(command, tmp_path, name):
-    changes = GOLDEN_CASES[name]
-    result = done(command, GOLDEN / f"{name}.png", "-o", tmp_path / "out.svg", "--stats", *flags(**changes))
-    stats, counts = json.loads(result.stdout), json.loads((GOLDEN / f"{name}.json").read_text())["counts"]
-    assert {key: stats[key] for key in counts} == counts
-    drawing, inks = gs.draw(GOLDEN / f"{name}.png", options=options_with(**changes)), INKS[changes.get("preset", "default")]
-    assert (tmp_path / "out.svg").read_text() == drawing.svg(inks=inks)
-
-
-def test_rust_saliency_is_opencvs_on_a_jpeg(photos):
-    # The binary's default importance has no OpenCV: this is what keeps the two ways in the same.
-    gray = np.asarray(Image.open(photos / "astronaut.jpg").convert("L"))
-    np.testing.assert_array_equal(gs._core.saliency(gray.astype(np.float32) / 255), oracles.saliency(gray))
-
-
 # Outputs -------------------------------------------------------------------------------------------------------------------------
 
 
@@ -205,23 +186,40 @@ def test_png_and_preview_are_the_raster(program, photos, tmp_path):
     assert (tmp_path / "python.svg").read_bytes() == (tmp_path / "out.svg").read_bytes()
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize(
-    "keywords",
-    [{}, {"width": "120mm", "margin": "5mm"}, {"style": "layered", "page": "A5"}, {"inks": "white", "width": "300px"}],
-    ids=["plain", "size", "layered", "white"],
+    ("suffix", "keywords"),
+    [
+        *((suffix, {}) for suffix in SUFFIXES),
+        ("svg", {"width": "120mm", "margin": "5mm", "elements": "marks"}),
+        ("pdf", {"style": "layered", "page": "A5", "paper": "#fed"}),
+        ("dxf", {"inks": "white", "width": "300px", "curves": "splines"}),
+        ("svgz", {"inks": "both", "width": "4in", "dots": "strokes"}),
+        ("png", {"width": "3in", "margin": "0.5in", "dpi": 100, "one_bit": True}),
+    ],
+    ids=str,
 )
 def test_every_format_is_the_file_of_python(command, photos, tmp_path, suffix, keywords):
-    arguments = [part for name, value in keywords.items() for part in (f"--{name}", value)]
+    given = {f"--{name.replace('_', '-')}": value for name, value in keywords.items()}
+    arguments = [part for flag, value in given.items() for part in ([flag] if value is True else [flag, value])]
     done(command, photos / "coffee.png", "-o", tmp_path / f"out.{suffix}", *arguments)
     gs.draw(photos / "coffee.png").save(tmp_path / f"python.{suffix}", **keywords)
     assert (tmp_path / f"out.{suffix}").read_bytes() == (tmp_path / f"python.{suffix}").read_bytes()
 
 
+def test_every_setting_is_given_on_the_command_line_above() -> None:
+    (mark,) = (it for it in test_every_format_is_the_file_of_python.pytestmark if it.name == "parametrize")
+    given = {name for _, keywords in mark.args[1] for name in keywords}
+    assert given == {name for name, *_ in _core.settings()}
+
+
 def test_a_dash_writes_svg_to_standard_output(program, photos, tmp_path):
     result = done(program, photos / "coffee.png", "-o", "-", cwd=tmp_path)
-    assert result.stdout.decode() == gs.draw(photos / "coffee.png").svg()
-    assert result.stderr == b""
+    drawing = gs.draw(photos / "coffee.png")
+    assert (result.stdout.decode(), result.stderr) == (drawing.svg(), b"")
+    # Figures are then told beside it.
+    result = done(program, photos / "coffee.png", "-o", "-", "--stats", cwd=tmp_path)
+    assert result.stdout.decode() == drawing.svg()
+    assert json.loads(result.stderr)["nodes"] == drawing.stats["nodes"]
     assert not list(tmp_path.iterdir())
 
 
@@ -268,9 +266,9 @@ def in_words(text: str) -> str:
     return " ".join(text.split())
 
 
-def test_help_is_short_and_shows_what_people_turn(program):
-    text = done(program, "--help", columns=80).stdout.decode()
-    assert done(program, "-h", columns=80).stdout.decode() == text
+def test_help_is_short_and_shows_what_people_turn(command):
+    text = done(command, "--help", columns=80).stdout.decode()
+    assert done(command, "-h", columns=80).stdout.decode() == text
     assert text.endswith("\n")
     assert text.count("\n") <= 100
     assert max(map(len, text.splitlines())) <= 80
@@ -289,8 +287,8 @@ def test_help_is_short_and_shows_what_people_turn(program):
     assert "--help-all" in text.splitlines()[-1]
 
 
-def test_the_long_help_shows_everything(program):
-    text = done(program, "--help-all", columns=80).stdout.decode()
+def test_the_long_help_shows_everything(command):
+    text = done(command, "--help-all", columns=80).stdout.decode()
     settings = {name for name, *_ in _core.settings()}
     assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | FURTHER
     for name, it in SCHEMA["published"]["properties"].items():
@@ -309,9 +307,9 @@ def test_both_programs_give_the_same_help(command):
         assert done(command, flag).stdout == done(CONSOLE_SCRIPT, flag).stdout
 
 
-def test_version(program):
+def test_version(command):
     for flag in ("--version", "-V"):
-        assert done(program, flag).stdout.decode() == f"graphstipple {gs.__version__}\n"
+        assert done(command, flag).stdout.decode() == f"graphstipple {gs.__version__}\n"
 
 
 def satisfies(value: object, schema: dict[str, Any]) -> bool:
@@ -340,8 +338,8 @@ def satisfies(value: object, schema: dict[str, Any]) -> bool:
     return True
 
 
-def test_the_schema_of_options(program):
-    schema = json.loads(done(program, "--options-schema").stdout)
+def test_the_schema_of_options(command):
+    schema = json.loads(done(command, "--options-schema").stdout)
     assert schema == _core.options_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert schema["type"] == "object"
@@ -374,14 +372,14 @@ def test_the_schema_of_options(program):
                 assert satisfies(value, it), (name, value)
 
 
-def test_formats_are_one_table(program, bad_files, tmp_path):
+def test_formats_are_one_table(command, bad_files, tmp_path):
     suffixes = [f".{suffix}" for suffix in SUFFIXES]
     listed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
     assert len(suffixes) == len(set(suffixes)) >= 6
-    assert f"File to write, {listed} by its suffix" in in_words(done(program, "--help").stdout.decode())
+    assert f"File to write, {listed} by its suffix" in in_words(done(command, "--help").stdout.decode())
     drawing = gs.draw(np.zeros((8, 8), np.uint8))
     for name in ("out.gif", "out"):
-        result = run(program, bad_files / "good.png", "-o", name, cwd=tmp_path)
+        result = run(command, bad_files / "good.png", "-o", name, cwd=tmp_path)
         assert_one_sentence(result, USAGE)
         assert result.stderr.decode().endswith(f"{listed}\n")
         with pytest.raises(gs.InvalidInputError, match=f"{re.escape(listed)}$"):
@@ -409,41 +407,6 @@ def test_the_paper_with_one_parameter_changed(program, photos, tmp_path):
     assert gs.draw(photos / "coffee.png", options=ours).svg() != gs.draw(photos / "coffee.png", options=options).svg()
 
 
-NAMED = f"but it must be NAME=VALUE with one of the names {', '.join(PUBLISHED)}"
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ("k9=1", f"--published is k9=1, {NAMED}"),
-        ("=1", f"--published is =1, {NAMED}"),
-        ("gamma=1", f"--published is gamma=1, {NAMED}"),
-        ("k1", f"--published is k1, {NAMED}"),
-        ("k1=x", '--published k1 is "x", but it must be a number between 0 and 1000'),
-        ("k1=5000", "--published k1 is 5000, but it must be between 0 and 1000"),
-        ("lattice=hex", '--published lattice is "hex", but it must be "hexagonal" or "square"'),
-    ],
-)
-def test_wrong_parameters_of_the_published_method(program, bad_files, tmp_path, given, message):
-    result = run(program, bad_files / "good.png", "-o", "out.svg", "--published", given, cwd=tmp_path)
-    assert_one_sentence(result, USAGE)
-    assert result.stderr.decode().startswith(f"graphstipple: error: {message}")
-    assert not list(tmp_path.iterdir())
-
-
-def test_module_run(photos, tmp_path):
-    result = done(Path(sys.executable), "-m", "graphstipple", photos / "coffee.png", "-o", tmp_path / "out.svg")
-    assert result.stdout == b""
-    assert ElementTree.parse(tmp_path / "out.svg").getroot().tag.endswith("svg")
-
-
-def test_an_old_output_is_replaced(program, photos, tmp_path):
-    (tmp_path / "out.svg").write_text("old" * 1_000_000)
-    done(program, photos / "coffee.png", "-o", tmp_path / "out.svg")
-    assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png").svg()
-    assert [path.name for path in tmp_path.iterdir()] == ["out.svg"]
-
-
 # Errors --------------------------------------------------------------------------------------------------------------------------
 
 
@@ -462,41 +425,46 @@ def bad_files(photos, tmp_path_factory) -> Path:
     return folder
 
 
-BAD_INPUTS = ["missing.png", "empty.png", "truncated.jpg", "head.jpg", "truncated.png", "text.png", "folder.png"]
+BAD_INPUTS = {
+    "missing.png": "the file does not exist",
+    "empty.png": "the file is empty",
+    "truncated.jpg": "the JPEG file is cut short",
+    "head.jpg": "the JPEG file is cut short",
+    "truncated.png": "the PNG file is cut short",
+    "text.png": "the file is text, not an image in a format that is read",
+    "folder.png": "this is a folder, not a file",
+}
 
 
 @pytest.mark.parametrize("name", BAD_INPUTS)
 def test_a_bad_file_fails_with_one_sentence(program, bad_files, tmp_path, name):
     result = run(program, bad_files / name, "-o", "out.svg", "--preview", "preview.png", cwd=tmp_path)
     assert_one_sentence(result, FAILURE)
-    assert name in result.stderr.decode()
+    assert result.stderr.decode().startswith(f"graphstipple: error: {bad_files / name}: {BAD_INPUTS[name]}")
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("name", BAD_INPUTS)
-def test_a_bad_file_raises_in_python(bad_files, name):
-    with pytest.raises(gs.ImageFileError) as caught:
-        gs.draw(bad_files / name)
-    assert name in str(caught.value)
-    assert "\n" not in str(caught.value)
-    assert isinstance(caught.value, FileNotFoundError) == (name == "missing.png")
 
 
 @pytest.mark.parametrize("name", ["missing.png", "text.png"])
 def test_a_bad_map_fails_with_one_sentence(program, bad_files, tmp_path, name):
     result = run(program, bad_files / "good.png", "-o", "out.svg", "--importance", bad_files / name, cwd=tmp_path)
     assert_one_sentence(result, FAILURE)
-    assert name in result.stderr.decode()
+    assert result.stderr.decode().startswith(f"graphstipple: error: {bad_files / name}: {BAD_INPUTS[name]}")
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("output", ["missing/out.svg", "missing/out.png", "out.svg/"])
-def test_a_missing_output_folder_fails(program, bad_files, tmp_path, output):
+@pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        ("missing/out.svg", "the folder missing does not exist"),
+        ("missing/out.png", "the folder missing does not exist"),
+        ("out.svg/", "this is a folder, not a file"),
+    ],
+)
+def test_a_missing_output_folder_fails(program, bad_files, tmp_path, output, message):
     result = run(program, bad_files / "good.png", "-o", output, cwd=tmp_path)
-    assert result.returncode in (FAILURE, USAGE)
-    assert "panicked" not in result.stderr.decode()
-    assert not list(tmp_path.iterdir())
-    with pytest.raises(gs.GraphStippleError):
+    assert_one_sentence(result, FAILURE)
+    assert result.stderr.decode() == f"graphstipple: error: {output}: {message}\n"
+    with pytest.raises(gs.ImageFileError, match=re.escape(output)):
         gs.draw(bad_files / "good.png").save(f"{tmp_path}/{output}")
     assert not list(tmp_path.iterdir())
 
@@ -504,165 +472,87 @@ def test_a_missing_output_folder_fails(program, bad_files, tmp_path, output):
 def test_a_missing_preview_folder_leaves_nothing(program, bad_files, tmp_path):
     result = run(program, bad_files / "good.png", "-o", "out.svg", "--preview", "missing/preview.png", cwd=tmp_path)
     assert_one_sentence(result, FAILURE)
+    assert result.stderr.decode() == "graphstipple: error: missing/preview.png: the folder missing does not exist\n"
     assert not list(tmp_path.iterdir())
+
+
+SEE = " (see graphstipple --help)"
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "message"),
     [
-        ["-o", "out.gif"],
-        ["-o", "out"],
-        [],
-        ["-o", "out.svg", "--preview", "preview.bmp"],
-        ["-o", "out.svg", "--gamma", "nan"],
-        ["-o", "out.svg", "--published", "density=inf"],
-        ["-o", "out.svg", "--published", "density=0"],
-        ["-o", "out.svg", "--published", "density=17"],
-        ["-o", "out.svg", "--published", "density=two"],
-        ["-o", "out.svg", "--density", "1"],
-        ["-o", "out.svg", "--relax", "101"],
-        ["-o", "out.svg", "--relax", "-1"],
-        ["-o", "out.svg", "--published", "hops=0"],
-        ["-o", "out.svg", "--published", "alpha=2"],
-        ["-o", "out.svg", "--published", "alpha=dynamical"],
-        ["-o", "out.svg", "--preset", "lino"],
-        ["-o", "out.svg", "--tone-tolerance", "none"],
-        ["-o", "out.svg", "--nodes", "2"],
-        ["-o", "out.svg", "--nodes", "1000", "--nodes-per-pixel", "0.2"],
-        ["-o", "out.svg", "--published", "lattice=triangular"],
-        ["-o", "out.svg", "--threads", "0"],
-        ["-o", "out.svg", "--importance", "constant:0"],
-        ["-o", "out.svg", "--importance", "constant:nan"],
-        ["-o", "out.svg", "--preview", "preview.png", "--preview-width", "0"],
-        ["-o", "out.svg", "--dense"],
-        ["-o", "out.svg", "--tolerance", "2.5"],
-        ["-o", "out.svg", "--style", "round"],
-        ["-o", "out.svg", "--style", "layered", "--inks", "white"],
-        ["-o", "out.svg", "--inks", "red"],
-        ["-o", "out.svg", "--one-bit"],
-        ["-o", "-", "--dpi", "300"],
-        ["-o", "out.png", "--dpi", "0"],
-        ["-o", "out.svg", "--width", "wide"],
-        ["-o", "out.svg", "--width", "0mm"],
-        ["-o", "out.svg", "--width", "-5"],
-        ["-o", "out.pdf", "--width", "101000mm"],
-        ["-o", "out.svg", "--margin", "-1mm"],
-        ["-o", "out.svg", "--page", "A9"],
-        ["-o", "out.svg", "--min-dot", "small"],
+        ([], f"the following required arguments were not provided: --output <FILE>{SEE}"),
+        (["-o", "out.svg", "--dense"], f"unexpected argument '--dense' found{SEE}"),
+        (["-o", "out.svg", "--relax", "-1"], "--relax is -1, but it must be between 0 and 100 steps"),
+        (["-o", "-", "--dpi", "300"], "--dpi is 300, but it must be left out unless the file is a .png: the others have no pixels"),
+        (["-o", "out.svg", "--min-dot", "2000mm"], "--min-dot is 2000mm, but it must be at most 1000mm"),
+        (["-o", "good.png"], "good.png: the drawing would replace an image that it is made from"),
     ],
-    ids=" ".join,
+    ids=lambda it: " ".join(it) if isinstance(it, list) else "",
 )
-def test_wrong_usage(program, bad_files, tmp_path, arguments):
-    result = run(program, bad_files / "good.png", *arguments, cwd=tmp_path)
+def test_wrong_usage(program, bad_files, tmp_path, arguments, message):
+    """One of each kind; `rust/cli/src/arguments.rs` has all of them."""
+    (tmp_path / "good.png").write_bytes((bad_files / "good.png").read_bytes())
+    result = run(program, "good.png", *arguments, cwd=tmp_path)
     assert_one_sentence(result, USAGE)
-    assert not list(tmp_path.iterdir())
+    assert result.stderr.decode() == f"graphstipple: error: {message}\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["good.png"]
 
 
 def test_no_arguments_at_all(program):
-    assert run(program).returncode == USAGE
-
-
-@pytest.mark.parametrize(
-    ("options", "names"),
-    [
-        ({"gamma": float("nan")}, "gamma"),
-        ({"density": float("inf")}, "published.density"),
-        ({"density": 0.0}, "published.density"),
-        ({"relax": 101}, "relax"),
-        ({"relax": -1}, "relax"),
-        ({"hops": 0}, "published.hops"),
-        ({"alpha": 2.0}, "published.alpha"),
-        ({"alpha": "dynamical"}, "published.alpha"),
-        ({"nodes": 1000, "nodes_per_pixel": 0.2}, "nodes"),
-        ({"lattice": "triangular"}, "published.lattice"),
-        ({"threads": 0}, "threads"),
-        ({"k1": "much"}, "published.k1"),
-    ],
-    ids=str,
-)
-def test_wrong_options_in_python(options, names):
-    with pytest.raises(gs.InvalidInputError) as caught:
-        options_with(**options)
-    assert names in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    "image",
-    [
-        np.zeros((0, 5), np.uint8),
-        np.zeros((5,), np.uint8),
-        np.zeros((4, 4, 5), np.uint8),
-        np.full((4, 4), np.nan),
-        np.full((4, 4), 1.5),
-        np.zeros((4, 4), np.int64),
-        np.zeros((4, 4), complex),
-        None,
-        [[0, 1]],
-    ],
-    ids=["no rows", "1-d", "5 channels", "NaN", "1.5", "int64", "complex", "None", "a list"],
-)
-def test_wrong_images_in_python(image):
-    with pytest.raises(gs.InvalidInputError) as caught:
-        gs.draw(image)
-    assert "\n" not in str(caught.value)
-    assert len(str(caught.value)) > 15
-
-
-@pytest.mark.parametrize(
-    "importance", [np.zeros((4, 0)), np.full((4, 4), np.nan), np.full((4, 4), 2.0), np.zeros((4, 4, 4, 4)), "constant:2"]
-)
-def test_wrong_importance_in_python(importance):
-    with pytest.raises(gs.InvalidInputError):
-        gs.draw(np.zeros((8, 8), np.uint8), importance=importance)
-
-
-def test_wrong_width_in_python():
-    drawing = gs.draw(np.zeros((8, 8), np.uint8))
-    for width in (0, -1, 1.5, 10**9):
-        with pytest.raises(gs.InvalidInputError):
-            drawing.rasterize(width)
+    result = run(program)
+    assert_one_sentence(result, USAGE)
+    assert "were not provided: --output <FILE> <PHOTO>..." in result.stderr.decode()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a closed pipe looks different elsewhere")
-def test_a_closed_pipe_is_no_panic(command, photos):
-    script = f'"{command}" "{photos / "coffee.png"}" -o - | head -c 10'
-    result = subprocess.run(["bash", "-c", script], capture_output=True, timeout=60, cwd=ROOT, check=False)
-    assert b"panicked" not in result.stderr
+def test_a_reader_that_goes_away_is_no_error(program, photos):
+    with subprocess.Popen(
+        [program, photos / "coffee.png", "-o", "-"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 0
 
 
-# Images in memory ----------------------------------------------------------------------------------------------------------------
+def test_dots_have_a_least_radius_on_paper(command, photos, tmp_path):
+    def stats(*arguments: object) -> dict[str, float]:
+        return json.loads(done(command, photos / "astronaut.jpg", "-o", tmp_path / "dots.dxf", "--stats", *arguments).stdout)
+
+    def least() -> float:
+        return min(circle.dxf.radius for circle in readers.dxf(tmp_path / "dots.dxf").modelspace().query("CIRCLE"))
+
+    before = stats("--width", "100mm")
+    assert (before["dots_enlarged"], before["dots_dropped"]) == (0, 0)
+    assert least() < 0.4
+    after = stats("--width", "100mm", "--min-dot", "0.4mm")
+    assert after["dots_enlarged"] > 0
+    assert after["stipples"] == before["stipples"] - after["dots_dropped"]
+    assert least() == pytest.approx(0.4, abs=2e-3)
+    # The same length on larger paper is fewer pixels.
+    large = stats("--width", "1000mm", "--min-dot", "0.4mm")
+    assert large["dots_enlarged"] + large["dots_dropped"] < after["dots_enlarged"] + after["dots_dropped"]
 
 
-@pytest.mark.parametrize("name", ["coffee.png", "astronaut.jpg", "clear.png", "deep.png"])
-def test_arrays_and_pil_images_give_the_tone_of_files(photos, name):
-    image = Image.open(photos / name)
-    tones = [gs.draw(way, importance="none").graph.tone for way in (photos / name, str(photos / name), image, np.asarray(image))]
-    for tone in tones[1:]:
-        # JPEG decoders may differ by a level or two.
-        np.testing.assert_allclose(tone, tones[0], atol=0.02 if name.endswith("jpg") else 1e-6)
-
-
-def test_transparency_lies_on_the_background(photos):
-    clear = np.zeros((20, 30, 4), np.uint8)
-    for background, value in (("white", 255), ("black", 0)):
-        drawing = gs.draw(clear, options=gs.Options(background=background))
-        assert (drawing.rasterize() == value).all()
-
-
-def test_sixteen_bits_are_kept():
-    ramp = np.linspace(30000, 30200, 64 * 48).reshape(48, 64).astype(np.uint16)
-    assert len(np.unique(gs.draw(ramp, importance="none", options=options_with(density=1.0)).graph.tone)) > 100
-
-
-def test_the_file_of_a_drawing_is_its_svg_with_a_preview(tmp_path):
-    drawing = gs.draw(photo("camera", 60, 40))
-    drawing.save(tmp_path / "out.svg")
-    drawing.save(tmp_path / "out.png", width=200)
-    assert (tmp_path / "out.svg").read_text() == drawing.svg()
-    np.testing.assert_array_equal(
-        np.asarray(Image.open(io.BytesIO((tmp_path / "out.png").read_bytes())).convert("L")), drawing.rasterize(200)
-    )
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["-o", "no.pdf", "--page", "A4", "--width", "300mm"],
+            "the drawing would be 300 x 220 mm, but the page A4 has room for 297 x 210 mm inside its margins",
+        ),
+        (["-o", "no.svg", "--page", "A6", "--margin", "6cm"], "the margin of 6cm leaves nothing of the page A6: 148 x 105 mm"),
+        (["-o", "no.png", "--width", "60in", "--dpi", "2000"], "the image would be 120000 x 88000 pixels"),
+        (["-o", "no.png", "--width", "60000"], "the raster would be 60000 x 44000 pixels"),
+    ],
+    ids=lambda it: " ".join(it[2:]) if isinstance(it, list) else "",
+)
+def test_sizes_that_the_drawing_cannot_have(command, bad_files, tmp_path, arguments, message):
+    result = run(command, bad_files / "good.png", *arguments, cwd=tmp_path)
+    assert_one_sentence(result, FAILURE)
+    assert message in result.stderr.decode()
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_blank_drawing_is_one_line_on_standard_error(program, tmp_path):

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
-from tests import oracles
 from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
 from tests.support import on_every_photo, options_with, photo
 
@@ -25,14 +24,13 @@ pytestmark = pytest.mark.filterwarnings("ignore:the whole drawing is:graphstippl
 
 TOLERANCES = (0.0, 0.1, 0.25, 0.5, 1.0)
 on_every_tolerance = pytest.mark.parametrize("tolerance", TOLERANCES)
+on_any_tolerance = st.sampled_from(TOLERANCES)
+twice_as_many = settings(max_examples=2 * settings.default.max_examples)
 
 COMPARED_AREA = 20.0
 """Regions above this area in px^2 keep it within `KEPT_AREA` of it."""
 
 KEPT_AREA = 0.02
-
-FLATTENING = 0.05
-"""How far, in pixels, the polygons of `regions` may lie from the curves."""
 
 MOVED = 0.6
 """How far, in pixels, a stipple may be from where it is at another tolerance: one at the frame has moved in, more or less."""
@@ -71,17 +69,6 @@ def check_same_marks(simple: gs.Drawing | stages.Outline, exact: gs.Drawing | st
             assert shapes[found].area == pytest.approx(reference.area, rel=KEPT_AREA)
 
 
-def outlines(picture: gs.Drawing) -> np.ndarray:
-    """Return the sides (n, 2, 2) of all rings of the regions but those around stipples."""
-    rings = [ring for region in picture.regions for ring in (region.exterior, *region.holes)]
-    centres = cKDTree(np.stack([picture.stipples["x"], picture.stipples["y"]], axis=1))
-    distance, nearest = centres.query([ring.mean(axis=0) for ring in rings])
-    areas = np.array([oracles.signed_area(ring) for ring in rings])
-    is_dot = (distance < 0.01) & (np.abs(np.abs(areas) / (np.pi * picture.stipples["radius"][nearest] ** 2) - 1) < 0.01)
-    sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring, dot in zip(rings, is_dot, strict=True) if not dot]
-    return np.concatenate(sides)
-
-
 # Sound geometry ------------------------------------------------------------------------------------------------------------------
 
 
@@ -100,8 +87,9 @@ def test_photos_are_sound_at_small_and_large_tolerances(name: str, tolerance: fl
     height=st.integers(1, 60),
     share=st.floats(0.0, 1.0),
     scale=st.floats(0.1, 4.0),
+    tolerance=on_any_tolerance,
 )
-@on_every_tolerance
+@twice_as_many
 def test_any_labels_are_sound_at_every_tolerance(  # noqa: PLR0917
     tolerance: float, seed: int, n: int, width: int, height: int, share: float, scale: float
 ) -> None:
@@ -115,8 +103,14 @@ def test_any_labels_are_sound_at_every_tolerance(  # noqa: PLR0917
     check_same_marks(simple, exact)
 
 
-@given(seed=st.integers(0, 2**32 - 1), width=st.integers(1, 80), height=st.integers(1, 80), density=st.floats(0.05, 2.0))
-@on_every_tolerance
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    width=st.integers(1, 80),
+    height=st.integers(1, 80),
+    density=st.floats(0.05, 2.0),
+    tolerance=on_any_tolerance,
+)
+@twice_as_many
 def test_random_images_are_sound_at_every_tolerance(tolerance: float, seed: int, width: int, height: int, density: float) -> None:
     image = noise(seed, width, height)
     exact, simple = (gs.draw(image, options=options_with(density=density, tolerance=value)) for value in (0.0, tolerance))
@@ -126,7 +120,7 @@ def test_random_images_are_sound_at_every_tolerance(tolerance: float, seed: int,
 
 
 def test_irregular_dots_are_regions_as_large_as_round_ones() -> None:
-    image = photo("coffee", 256, 192)
+    image = photo("coffee", 128, 96)
     round_dots, irregular, other = (
         gs.draw(image, options=gs.Options(**options)) for options in ({}, {"irregularity": 1.0}, {"irregularity": 1.0, "seed": 1})
     )
@@ -135,7 +129,7 @@ def test_irregular_dots_are_regions_as_large_as_round_ones() -> None:
     assert irregular.stats["regions"] == round_dots.stats["regions"] + round_dots.stats["stipples"]
     assert irregular.stats["vertices"] == round_dots.stats["vertices"]
     # Painted, they hold the same ink.
-    assert irregular.rasterize().mean() == pytest.approx(round_dots.rasterize().mean(), abs=0.1)
+    assert irregular.rasterize(512).mean() == pytest.approx(round_dots.rasterize(512).mean(), abs=0.1)
     assert irregular.rasterize().tobytes() != other.rasterize().tobytes()
     # A least dot does not act on them.
     assert irregular.with_min_dot(3.0).stats["regions"] == irregular.stats["regions"]
@@ -156,18 +150,6 @@ def test_a_tolerance_saves_most_points_and_hardly_shows(
     assert stats["anchors"] - stats["stipples"] <= points * (stats["vertices"] - stats["stipples"])
     assert stats["coordinates"] - stats["stipples"] <= pairs * (stats["vertices"] - stats["stipples"])
     assert np.abs(drawing.rasterize().astype(float) - exact.rasterize()).mean() < difference
-
-
-@on_every_photo
-@pytest.mark.parametrize("tolerance", [0.25, 0.5, 1.0])
-def test_no_outline_strays_further_than_the_tolerance(name: str, tolerance: float) -> None:
-    simple, exact = (outlines(drawn(name, value)) for value in (tolerance, 0.0))
-    for sides, others in ((simple, exact), (exact, simple)):
-        points = shapely.points(np.concatenate([sides[:, 0], sides.mean(axis=1)]))
-        lines = shapely.linestrings(others)
-        which, nearest = shapely.STRtree(lines).query_nearest(points, all_matches=False)
-        distance = shapely.distance(points[which], lines[nearest])
-        assert distance.max() <= tolerance + 2 * FLATTENING
 
 
 @pytest.mark.parametrize("name", ["camera", "rocket"])
@@ -251,8 +233,7 @@ def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
 
 
 @files
-@pytest.mark.parametrize("tolerance", [0.0, 0.5])
-@pytest.mark.parametrize("name", ["camera", "coffee"])
+@pytest.mark.parametrize(("name", "tolerance"), [("camera", 0.5), ("coffee", 0.0)])
 def test_photos_survive_a_file(name: str, tolerance: float, suffix: str, how: dict[str, Any], tmp_path: Path) -> None:
     drawing = drawn(name, tolerance)
     drawing.save(tmp_path / f"drawing.{suffix}", **how)

@@ -131,9 +131,9 @@ def test_similarity_of_equal_pictures_is_1_and_order_does_not_matter(metric: Cal
 
 
 def test_metrics_fall_as_noise_grows(weights: Path) -> None:
-    reference = luma("astronaut", 192, 176)
+    reference = luma("astronaut", 163, 161)
     noise = np.random.default_rng(2).standard_normal(reference.shape)
-    noisy = [np.clip(reference + level * noise, 0, 1) for level in (0.02, 0.05, 0.1, 0.2, 0.4)]
+    noisy = [np.clip(reference + level * noise, 0, 1) for level in (0.02, 0.1, 0.4)]
     compare = metrics.Comparison(reference)
     rows = [compare(picture) for picture in noisy]
     for name in set(rows[0]) - {"tone_error"}:
@@ -218,9 +218,7 @@ def test_shapes_sizes_and_settings_that_are_refused(call: Callable[[], object], 
 def test_lpips_has_the_value_of_the_reference_implementation(weights: Path, net: _networks.Net, expected: float) -> None:
     reference = luma("camera")
     picture = (reference >= 0.5).astype(float)
-    distance = metrics.Lpips(reference, net)
-    assert distance(picture) == pytest.approx(expected, abs=0.0002)
-    assert distance(reference) == 0
+    assert metrics.lpips(picture, reference, net) == pytest.approx(expected, abs=0.0002)
 
 
 def test_lpips_in_colour_has_the_values_of_the_reference_implementation(weights: Path) -> None:
@@ -247,6 +245,7 @@ def test_lpips_is_symmetric_and_the_class_and_the_function_agree(weights: Path, 
     assert distance > 0.1
     assert metrics.Lpips(reference, net)(picture) == distance
     assert metrics.lpips(reference, picture, net) == pytest.approx(distance, abs=1e-6)
+    assert metrics.lpips(reference, reference, net) == 0
     with pytest.raises(gs.InvalidInputError, match=r"\(75, 96\), but it must be that of the reference, \(75, 97\)"):
         metrics.Lpips(reference, net)(picture[:, 1:])
 

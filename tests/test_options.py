@@ -119,6 +119,7 @@ def test_numpy_scalars_are_numbers() -> None:
         ({"nodes": 2}, "nodes is 2, but it must be between 3"),
         ({"nodes": 100, "nodes_per_pixel": 0.1}, "nodes_per_pixel is 0.1, but it must be left out"),
         ({"relax": -1}, "relax is -1"),
+        ({"relax": 101}, "relax is 101, but it must be between 0 and 100 steps"),
         ({"relax": 1.5}, "relax is 1.5, but it must be a whole number"),
         ({"split": 13}, "split is 13, but it must be between 0 and 12 nodes"),
         ({"refine": 101}, "refine is 101, but it must be between 0 and 100 sweeps"),

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests import oracles, readers
 from tests.soundness import check_picture, noise, polygons
-from tests.support import on_every_photo, options_with, photo, photo_luma
+from tests.support import PHOTOS, on_every_photo, options_with, photo, photo_luma
 
 import graphstipple as gs
 from graphstipple import stages
@@ -134,17 +134,18 @@ def test_a_dot_on_the_frame_may_be_larger_than_what_surrounds_it(sites, labels, 
 
 
 @pytest.mark.parametrize("node", [2, 5])
-def test_a_dot_without_area_is_drawn_or_refused(node):
-    # A cell may own no sample; what it must not be is an internal error.
+def test_a_dot_without_area_is_the_least_that_the_grid_holds(node):
+    # A cell may own no sample.
     sites = [[2, 2], [8, 2], [5, 9.5], [2, 8], [8, 8], [5, 5]]
     areas = np.full(6, 10.0)
     areas[node] = 0.0
-    labels = (np.arange(6) == node).astype(np.uint8)
-    try:
-        picture = stages.outline(sites, labels, 10, 10, areas=areas)
-    except gs.InvalidInputError:
-        return
-    assert sum(region.area for region in picture.regions) == pytest.approx(100, abs=1e-3)
+    picture = stages.outline(sites, (np.arange(6) == node).astype(np.uint8), 10, 10, areas=areas)
+    (dot,) = picture.stipples
+    assert (dot["radius"], dot["ink"]) == (1 / 1024, 1)
+    assert np.hypot(dot["x"] - sites[node][0], dot["y"] - sites[node][1]) < 0.002
+    (black,) = picture.regions
+    assert (black.ink, len(black.holes)) == (0, 1)
+    assert black.area == pytest.approx(100 - np.pi / 1024**2, abs=1e-8)
 
 
 @pytest.mark.parametrize("area", [np.nan, -1.0, np.inf])
@@ -161,8 +162,14 @@ def test_every_sample_is_owned_once(seed, n, s):
     assert cells.areas.sum() == pytest.approx(37 * 21, rel=1e-6)
 
 
-@on_every_photo
-@pytest.mark.parametrize("changes", [{"density": 1.0}, {"lattice": "square", "density": 2.0, "relax": 0}, {"alpha": 1.0}])
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        *((name, {"alpha": 1.0}) for name in PHOTOS),
+        *((name, {"density": 1.0}) for name in ("camera", "rocket")),
+        *((name, {"lattice": "square", "density": 2.0, "relax": 0}) for name in ("astronaut", "chelsea")),
+    ],
+)
 def test_photos_give_sound_graphs_and_pictures(name, changes):
     drawing = drawn(name, **changes)
     check_graph(drawing.graph, drawing.width, drawing.height)
@@ -217,29 +224,36 @@ def white_share(drawing: gs.Drawing) -> float:
 
 
 @pytest.mark.parametrize("value", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
-def test_flat_images_give_their_tone(value):
+def test_flat_images_give_their_tone_without_stippling(value):
     # Saliency is 0 everywhere here, so without the starvation rules nothing would be drawn.
-    drawing = gs.draw(np.full((90, 120), value, np.float32), options=options_with(alpha=1.0))
+    drawing = gs.draw(np.full((90, 120), value, np.float32), options=options_with(alpha=1.0, stippling=0))
     assert drawing.stats["nodes"] == pytest.approx(0.3 * 90 * 120, rel=0.02)
-    assert white_share(drawing) == pytest.approx(value, abs=0.05)
+    # Labels keep it, and outlines do not quite.
+    assert white_share(drawing) == pytest.approx(value, abs=0.025)
 
 
-@pytest.mark.parametrize("value", [0.1, 0.2, 0.3, 0.4, 0.45, 0.49])
-def test_dynamic_alpha_treats_black_and_white_alike(value):
+@pytest.mark.parametrize(("value", "expected"), [(0.1, 0.0), (0.2, 0.03), (0.3, 0.26), (0.4, 0.53), (0.45, 0.7), (0.49, 0.725)])
+def test_dynamic_alpha_treats_black_and_white_alike(value, expected):
     # It drops half the error of a flat field, and all of it where the label fell on the other side, so the tone of flat
-    # greys is not kept (0.45 gives 0.7, 0.55 gives 0.3); but dark and light must be each other's mirror image, and the thirds stay.
-    plain = options_with(alpha="dynamic", refine=0)
+    # greys is not kept; but dark and light are each other's mirror image.
+    plain = options_with(alpha="dynamic", refine=0, split=0, stippling=0)
     dark, light = (gs.draw(np.full((90, 120), v, np.float32), options=plain) for v in (value, 1 - value))
-    assert white_share(dark) == pytest.approx(1 - white_share(light), abs=0.03)
-    if value == 0.3:
-        assert white_share(dark) == pytest.approx(value, abs=0.05)
+    assert white_share(dark) == pytest.approx(1 - white_share(light), abs=0.005)
+    assert white_share(dark) == pytest.approx(expected, abs=0.01)
 
 
-@pytest.mark.parametrize("size", [(1, 1), (2, 2), (3, 3), (5, 4)])
+@pytest.mark.parametrize("size", [(1, 1), (2, 1), (2, 2), (3, 3), (5, 4)])
 def test_tiny_images_give_their_tone(size):
-    for value in (0.0, 0.2, 0.8, 1.0):
+    # Even a single pixel has nodes enough for a dot with room for a third of the canvas.
+    for value in (0.0, 0.05, 0.2, 0.3, 0.7, 0.8, 0.95, 1.0):
         drawing = gs.draw(np.full(size[::-1], value, np.float32))
-        assert white_share(drawing) == pytest.approx(value, abs=0.3)
+        assert white_share(drawing) == pytest.approx(value, abs=0.0015)
+        assert drawing.rasterize(64 * size[0]).mean() / 255 == pytest.approx(white_share(drawing), abs=0.001)
+    # Nearer to middle grey its dots are as large as their neighbours let them: at most as large as asked for, in both inks alike.
+    for value in (0.35, 0.4, 0.45):
+        dark, light = (white_share(gs.draw(np.full(size[::-1], v, np.float32))) for v in (value, 1 - value))
+        assert dark == pytest.approx(1 - light, abs=1e-3)
+        assert 0.34 < dark < value + 1e-3
 
 
 @pytest.mark.parametrize("size", EXTREME_SIZES)
@@ -352,9 +366,8 @@ def test_raster_sizes(width):
     assert drawing.rasterize(width).mean() == pytest.approx(drawing.rasterize().mean(), abs=2)
 
 
-@on_every_photo
-def test_svg_is_valid_and_says_how_it_was_made(name):
-    drawing = drawn(name, density=0.8, relax=2, k2=0.25)
+def test_svg_is_valid_and_says_how_it_was_made():
+    drawing = drawn("rocket", density=0.8, relax=2, k2=0.25)
     root = ElementTree.fromstring(drawing.svg())
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
     assert (root.get("width"), root.get("height"), root.get("viewBox")) == ("120", "90", "0 0 120 90")
@@ -365,14 +378,14 @@ def test_svg_is_valid_and_says_how_it_was_made(name):
     assert made["options"]["published"]["k2"] == 0.25
     assert "threads" not in made["options"]
     published = gs.Published(**made["options"].pop("published"))
-    again = gs.draw(photo(name, 120, 90), options=gs.Options(published=published, **made["options"]))
+    again = gs.draw(photo("rocket", 120, 90), options=gs.Options(published=published, **made["options"]))
     assert again.svg() == drawing.svg()
 
 
-@on_every_photo
-@pytest.mark.parametrize("changes", [{"density": 1.0}, {"nodes_per_pixel": 0.25, "relax": 2}])
+@pytest.mark.parametrize("name", ["chelsea", "coffee"])
+@pytest.mark.parametrize("changes", [{}, {"density": 1.0}, {"nodes_per_pixel": 0.25, "relax": 2}])
 def test_the_drawing_does_not_depend_on_the_number_of_threads(name, changes):
-    image = photo(name, 200, 150)
+    image = photo(name, 300, 200)
     drawings = [gs.draw(image, options=options_with(threads=threads, **changes)) for threads in (1, 2, 4, None)]
     assert len({drawing.svg() for drawing in drawings}) == 1
     assert len({drawing.rasterize().tobytes() for drawing in drawings}) == 1
@@ -382,29 +395,9 @@ MAP_ALONE = {"detail": 0.0, "floor": 0.0, "midtones": 0.0}
 """Options that take the importance as it is given."""
 
 
-def test_inverting_twice_is_the_identity_and_options_change_what_they_say():
+def test_an_inverted_photo_has_inverted_tones_at_the_same_nodes():
     image = photo("camera", 80, 60)
     plain = gs.draw(image)
     inverted = gs.draw(255 - image, importance=plain.importance, options=gs.Options(invert=True, **MAP_ALONE))
     assert (inverted.graph.sites == plain.graph.sites).all()
     np.testing.assert_allclose(inverted.graph.tone, plain.graph.tone, atol=1e-6)
-    brighter = gs.draw(image, options=gs.Options(gamma=2.0))
-    assert brighter.graph.tone.mean() > plain.graph.tone.mean()
-    darker = gs.draw(image, options=gs.Options(linear=True))
-    assert darker.graph.tone.mean() < plain.graph.tone.mean()
-    harder = gs.draw(image, options=gs.Options(contrast=3.0))
-    assert harder.graph.tone.std() > plain.graph.tone.std()
-
-
-@on_every_photo
-def test_importance_by_name_by_map_and_by_size(name):
-    image = photo(name, 60, 45)
-    plain = gs.draw(image, importance="none", options=options_with(density=1.0))
-    assert plain.stats["nodes"] == plain.stats["lattice_nodes"]
-    map_alone = options_with(density=1.0, **MAP_ALONE)
-    ones = gs.draw(image, importance=np.ones((45, 60), np.float32), options=map_alone)
-    assert (ones.graph.sites == plain.graph.sites).all()
-    half = gs.draw(image, importance=np.ones((10, 7), np.float32), options=map_alone)
-    assert (half.graph.sites == plain.graph.sites).all()
-    saliency = gs.draw(image, importance=gs.draw(image).importance, options=gs.Options(**MAP_ALONE))
-    assert (saliency.graph.sites == gs.draw(image).graph.sites).all()

@@ -98,13 +98,6 @@ def test_the_manual_page_is_read_by_man(command, tmp_path):
         assert (result.returncode, result.stderr) == (0, b""), result.stdout
 
 
-def test_a_loop_is_named_for_several_photos(command, tmp_path):
-    result = run(command, "a.jpg", "b.jpg", "c.jpg", "-o", "x.svg", cwd=tmp_path)
-    assert_one_sentence(result, USAGE)
-    loop = 'for photo in *.jpg; do graphstipple "$photo" -o "${photo%.*}.svg"; done'
-    assert result.stderr.decode().endswith(f"there are 3 photos, but a run draws one; a shell draws all with: {loop}\n")
-
-
 def test_a_misspelt_preset_is_answered_with_the_nearest():
     with pytest.raises(gs.InvalidInputError, match=r"^preset is potrait, but it must be default, .*; did you mean portrait\?$"):
         gs.Options.preset("potrait")

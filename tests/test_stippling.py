@@ -228,9 +228,15 @@ def test_stipple_refuses_what_breaks_its_rules(changes, match):
         (lambda: stages.clean(EDGES, NOT_A_NUMBER, [0] * 5), "the tone of node 2 is NaN, but it must be finite"),
         (lambda: stages.clean(EDGES, [0.3] * 5, [0, 0, 2, 0, 0]), "the label of node 2 is 2"),
         (lambda: stages.refine(EDGES, [0.3] * 5, [0] * 5, grounds=[0] * 4), "there are 4 grounds for 5 nodes"),
+        (lambda: stages.refine(EDGES, NOT_A_NUMBER, [0] * 5), "the value of node 2 is NaN, but it must be finite"),
+        (lambda: stages.refine(EDGES, [0.3] * 5, [0, 0, 2, 0, 0]), "the label of node 2 is 2"),
+        (
+            lambda: stages.refine(EDGES, [0.3] * 5, [0] * 5, areas=[1, 1, -1, 1, 1]),
+            "the area of node 2 is -1, but it must be at least 0",
+        ),
         (lambda: stages.outline(SITES, [0] * 5, 10, 10, places=SITES[1:]), "there are 4 places for 5 nodes"),
     ],
-    ids=range(8),
+    ids=range(11),
 )
 def test_other_stages_refuse_what_breaks_their_rules(call, match):
     with pytest.raises(gs.InvalidInputError, match=match):

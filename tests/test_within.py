@@ -25,13 +25,26 @@ def command() -> Path:
     return native_binary()
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("part", [0.9, 0.5, 0.15])
-def test_bytes_are_kept_within_two_percent(name, part):
-    image = photo(name, 240, 180)
-    most = int(len(gs.draw(image).svg()) * part)
-    drawing = gs.draw(image, max_bytes=most)
-    size, within = len(drawing.svg().encode()), drawing.stats["within"]
+@pytest.mark.parametrize(
+    ("name", "part", "suffix", "preset"),
+    [
+        *((name, part, "svg", "default") for name in NAMES for part in (0.5, 0.15)),
+        *(("coffee", 0.5, suffix, "default") for suffix in ("pdf", "json")),
+        *(("camera", 0.9, "svg", preset) for preset in ("default", "paper", "linocut")),
+    ],
+)
+def test_bytes_are_kept_within_two_percent(name, part, suffix, preset, tmp_path):
+    image, path = photo(name, 240, 180), tmp_path / f"drawing.{suffix}"
+
+    def bytes_of(drawing: gs.Drawing) -> bytes:
+        drawing.save(path)
+        return path.read_bytes()
+
+    options = gs.Options.preset(preset)
+    most = int(len(bytes_of(gs.draw(image, options=options))) * part)
+    drawing = gs.draw(image, options=options, max_bytes=most, written={"suffix": suffix})
+    written, within = bytes_of(drawing), drawing.stats["within"]
+    size = len(written)
     assert size <= most
     assert within["bytes"] == size
     assert within["trials"] <= MOST_TRIALS
@@ -39,7 +52,7 @@ def test_bytes_are_kept_within_two_percent(name, part):
     # A node more or less changes small drawings by more than that: then all trials were made.
     assert size >= ENOUGH * most or within["trials"] >= MOST_TRIALS - 1
     assert size >= 0.9 * most
-    assert gs.draw(image, options=drawing.options).svg() == drawing.svg()
+    assert bytes_of(gs.draw(image, options=drawing.options)) == written
 
 
 @settings(max_examples=12)

@@ -366,12 +366,60 @@ mod tests {
                 "--inks is white, but it must be left out when style is layered: a layered drawing has both inks",
             ),
             ("--preview out.svg", "out.svg: the suffix of a preview must be .png"),
+            (
+                "--preview-width 10",
+                "the following required arguments were not provided: --preview <FILE> (see graphstipple --help)",
+            ),
+            (
+                "--preview p.png --preview-width 0",
+                "invalid value '0' for '--preview-width <PX>': it must be between 1 and 65535 pixels (see graphstipple --help)",
+            ),
+            ("--published density=inf", "--published density is inf, but it must be above 0 and at most 16 nodes per pixel"),
+            (
+                "--published density=two",
+                "--published density is \"two\", but it must be auto or a number above 0 and at most 16 nodes per pixel",
+            ),
+            (
+                "--density 1",
+                "unexpected argument '--density' found: it is a parameter of the published method, --published density=... (see graphstipple --help)",
+            ),
+            ("--published k1=5000", "--published k1 is 5000, but it must be between 0 and 1000"),
+            ("--published k1=x", "--published k1 is \"x\", but it must be a number between 0 and 1000"),
+            (
+                "--published alpha=dynamical",
+                "--published alpha is \"dynamical\", but it must be \"tonal\", \"dynamic\" or a number between 0 and 1; did you mean \"dynamic\"?",
+            ),
+            (
+                "--published lattice=hex",
+                "--published lattice is \"hex\", but it must be \"hexagonal\" or \"square\"; did you mean \"hexagonal\"?",
+            ),
+            ("--relax 101", "--relax is 101, but it must be between 0 and 100 steps"),
+            ("--tone-tolerance none", "--tone-tolerance is \"none\", but it must be off or a number between 0 and 1"),
+            (
+                "--nodes 1000 --nodes-per-pixel 0.2",
+                "--nodes-per-pixel is 0.2, but it must be left out when nodes is given: the budget is one or the other",
+            ),
+            ("--threads 0", "--threads is 0, but it must be between 1 and 1024"),
+            ("--background red", "--background is \"red\", but it must be white, black, #rrggbb or #rgb"),
+            ("--importance constant:0", "--importance is constant:0, but it must be constant:V with V above 0 and at most 1"),
+            ("--importance constant:nan", "--importance is constant:nan, but it must be constant:V with V above 0 and at most 1"),
+            ("--inks red", "--inks is \"red\", but it must be \"black\", \"white\" or \"both\""),
+            (
+                "--width -5",
+                "--width is \"-5\", but it must be a number, at least 0, with mm, cm, in, pt or px (px when there is no unit), such as 200mm",
+            ),
+            (
+                "--page A9",
+                "--page is \"A9\", but it must be A3, A4, A5, A6, letter, legal, tabloid, or width x height such as 300x200mm",
+            ),
         ] {
             assert_eq!(told(arguments), message);
         }
-        for unknown in ["k9=1", "k1", "=1"] {
-            let message = told(&format!("--published {unknown}"));
-            assert!(message.contains("NAME=VALUE with one of the names lattice, density"), "{message}");
+        let names: Vec<&str> = DECLARATIONS.iter().filter(|it| it.group == Group::Method).map(|it| it.name).collect();
+        for unknown in ["k9=1", "k1", "=1", "gamma=1"] {
+            let names = names.join(", ");
+            let message = format!("--published is {unknown}, but it must be NAME=VALUE with one of the names {names}");
+            assert_eq!(told(&format!("--published {unknown}")), message);
         }
     }
 }

@@ -244,3 +244,34 @@ impl Drop for Bar {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::fs::{self, File};
+
+    use super::*;
+
+    #[test]
+    fn an_interruption_ends_the_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let [photo, output] = ["photo.png", "a.svg"].map(|name| folder.path().join(name));
+        let (width, height) = (2400, 1600);
+        let encoder = png::Encoder::new(File::create(&photo).unwrap(), width, height);
+        let grey = |i: u32| (i % width * 7 + i / width * 13) as u8;
+        let values: Vec<u8> = (0..width * height).map(grey).collect();
+        encoder.write_header().unwrap().write_image_data(&values).unwrap();
+        let arguments: [OsString; 4] = ["graphstipple".into(), photo.into(), "-o".into(), output.clone().into()];
+        // Asked for the second time, when the work has begun.
+        let asked = Cell::new(0);
+        let interrupted = || {
+            asked.set(asked.get() + 1);
+            (asked.get() >= 2).then_some(143)
+        };
+        assert_eq!(run(arguments.clone(), &interrupted), 143);
+        assert_eq!(asked.get(), 2);
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        assert_eq!(run(arguments, &|| None), 0);
+        assert!(fs::read_to_string(output).unwrap().ends_with("</svg>\n"));
+    }
+}

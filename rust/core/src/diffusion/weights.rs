@@ -169,6 +169,7 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
         fn the_mean_is_over_all_nodes_within_the_hops(
             lattice in any_lattice(), place in 0.0f64..1.0, extra in prop::collection::vec(0.0f64..1.0, 4),

@@ -541,7 +541,7 @@ mod tests {
         let drawing = drawing();
         for export in [Export::default(), Export { inks: Inks::White, ..Export::default() }, both(), layered()] {
             for elements in [Elements::Layers, Elements::Marks] {
-                for paper in [None, Some("#1af".parse().unwrap())] {
+                for paper in [None, Some("#1af".parse().unwrap()), Some("#0a0a0a".parse().unwrap())] {
                     let mut export = Export { elements, paper, ..export.clone() };
                     export.layout.margin = "7.3px".parse().unwrap();
                     let svg = to_svg(&drawing, &export).unwrap();
@@ -553,29 +553,6 @@ mod tests {
             let rounded = read(svg.as_bytes()).unwrap();
             assert_eq!(to_svg(&rounded, &strokes).unwrap(), svg);
             assert_eq!(read(to_svg(&rounded, &Export::default()).unwrap().as_bytes()).unwrap(), rounded);
-        }
-    }
-
-    #[test]
-    fn an_empty_canvas_keeps_its_ink() {
-        for ink in [Ink::White, Ink::Black] {
-            let mut empty = samples::drawing(8, 8, vec![], &[]);
-            empty.order = vec![crate::drawing::Mark::Region(0)];
-            empty.regions = vec![crate::drawing::Region {
-                ink,
-                level: u32::from(ink == Ink::Black),
-                exterior: crate::drawing::Ring {
-                    parts: [[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]]
-                        .map(|[x, y]| crate::drawing::RingPart::Corner(x, y))
-                        .to_vec(),
-                },
-                holes: Vec::new(),
-                enclosed_area: 64.0,
-            }];
-            for export in [Export::default(), Export { inks: Inks::White, ..Export::default() }, both(), layered()] {
-                let svg = to_svg(&empty, &export).unwrap();
-                assert_eq!(read(svg.as_bytes()).unwrap().regions[0].ink, ink, "{svg}");
-            }
         }
     }
 

@@ -51,16 +51,6 @@ mod tests {
     use crate::files::svg::samples;
 
     #[test]
-    fn it_is_the_svg_and_says_neither_when_nor_where() {
-        let (drawing, export) = (samples::nested(), Export::default());
-        let bytes = to_svgz(&drawing, &export).unwrap();
-        // No flags, no time; the slowest compression, an unknown system.
-        assert_eq!(bytes[..10], [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 2, 255]);
-        assert_eq!(unpacked(&bytes, MOST_BYTES).unwrap(), to_svg(&drawing, &export).unwrap().into_bytes());
-        assert_eq!(bytes, to_svgz(&drawing, &export).unwrap());
-    }
-
-    #[test]
     fn what_is_broken_or_unpacks_to_too_much_is_refused() {
         let told = |bytes: &[u8], most: u64| unpacked(bytes, most).unwrap_err().to_string();
         let bytes = to_svgz(&samples::nested(), &Export::default()).unwrap();

@@ -346,9 +346,11 @@ mod tests {
             raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..400), grid in 0.5f64..3.0, sites in 4usize..60,
         ) {
             let placed = on_canvas(&raw, width as f64, height as f64, Some((2.0 * grid).round() / 2.0));
-            let t = triangulate_in(placed, width, height, Cut { sites, ..SMALL }).unwrap();
-            sanity_check(&t, width, height);
-            delaunay_check(&t);
+            for cut in [Cut { sites, ..SMALL }, WHOLE] {
+                let t = triangulate_in(placed.clone(), width, height, cut).unwrap();
+                sanity_check(&t, width, height);
+                delaunay_check(&t);
+            }
         }
     }
 
@@ -376,23 +378,6 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(96))]
-        #[test]
-        fn random_sites(
-            width in 1usize..60, height in 1usize..60,
-            raw in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..80), squeeze in 0.05f64..1.0, snap in any::<bool>(),
-        ) {
-            let (w, h) = (width as f64, height as f64);
-            let mut sites: Vec<[f64; 2]> = raw.iter().map(|(u, v)| {
-                let p = [u * squeeze * w, v * squeeze * h];
-                // Snapped to a coarse grid: cocircular and collinear sites.
-                let p = if snap { p.map(|c| (c * 2.0).round() / 2.0) } else { p };
-                [p[0].clamp(0.001, w - 0.001), p[1].clamp(0.001, h - 0.001)]
-            }).collect();
-            sites.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-            sites.dedup();
-            sanity_check(&triangulate(sites, width, height, &Control::new()).unwrap(), width, height);
-        }
-
         #[test]
         fn the_envelope_is_that_of_all_points(raw in prop::collection::vec((0.0f64..20.0, 0.01f64..9.0), 1..50)) {
             let points: Vec<[f64; 2]> = raw.iter().map(|p| [p.0, p.1]).collect();

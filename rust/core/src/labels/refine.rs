@@ -343,18 +343,4 @@ mod tests {
         let plain = diffuse(&graph, &tones, None, &Diffusion::of_tone(&Options::default()), &Control::new()).unwrap();
         assert_eq!(refined(&graph, &tones, &Refinement { sweeps: 0, ..wanted }, 3000), (plain, 0.0));
     }
-
-    #[test]
-    fn input_that_does_not_match_is_named() {
-        let graph = lattice(3, 3);
-        let n = graph.sites.len();
-        let error = |tones: &[f32], areas: &[f64], labels: &mut [u8]| {
-            refine(&graph, tones, areas, None, labels, &PLAIN, &Control::new()).unwrap_err().to_string()
-        };
-        let (tones, areas) = (vec![0.5; n], vec![1.0; n]);
-        assert!(error(&tones[1..], &areas, &mut vec![0; n]).contains("values"));
-        assert!(error(&tones, &areas, &mut vec![2; n]).contains("label of node 0 is 2"));
-        assert!(error(&vec![f32::NAN; n], &areas, &mut vec![0; n]).contains("must be finite"));
-        assert!(error(&tones, &vec![-1.0; n], &mut vec![0; n]).contains("at least 0"));
-    }
 }

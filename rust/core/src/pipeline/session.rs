@@ -71,8 +71,6 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    use proptest::prelude::*;
-
     use super::*;
     use crate::base::{Error, Step};
     use crate::drawing::Stats;
@@ -80,7 +78,7 @@ mod tests {
     use crate::options::{Alpha, Point, Published};
     use crate::photo::Field;
     use crate::pipeline::draw::draw;
-    use crate::pipeline::needs::tests::{CHANGES, busy, changed, importances};
+    use crate::pipeline::needs::tests::{CHANGES, busy, importances};
 
     /// Blobs, a gradient and an edge.
     fn photo(width: usize, height: usize) -> Photo {
@@ -129,30 +127,6 @@ mod tests {
     /// The stages that a drawing took.
     fn stages(outcome: &Outcome) -> Vec<&str> {
         outcome.stats.seconds.keys().map(String::as_str).filter(|name| *name != "total").collect()
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(24))]
-
-        /// Every step changes one option or several, there or back; what cannot be drawn is refused alike, and changes nothing.
-        #[test]
-        fn whatever_is_changed_the_drawing_is_that_of_a_fresh_run(
-            which in 0usize..3,
-            start in prop_oneof![Just(Options::default()), Just(Options::paper()), Just(busy())],
-            steps in prop::collection::vec(prop::collection::vec(0..CHANGES.len(), 1..4), 1..10),
-        ) {
-            let mut session = session(which);
-            let mut bits = 0u64;
-            for flipped in std::iter::once(&Vec::new()).chain(&steps) {
-                flipped.iter().for_each(|i| bits ^= 1 << i);
-                let options = changed(start.clone(), bits);
-                match (try_to_draw(&mut session, &options, &Control::new()), fresh(&session, &options)) {
-                    (Ok(made), Ok(expected)) => assert_equal(made, expected),
-                    (Err(error), Err(expected)) => prop_assert_eq!(error.to_string(), expected.to_string()),
-                    (made, expected) => prop_assert!(false, "{:?} {:?}", made.is_ok(), expected.is_ok()),
-                }
-            }
-        }
     }
 
     #[test]

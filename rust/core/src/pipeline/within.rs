@@ -136,8 +136,7 @@ mod tests {
     use crate::files::{Export, Format};
     use crate::importance::Importance;
     use crate::photo::{Field, Photo};
-    use crate::pipeline::search::MOST_TRIALS;
-    use crate::pipeline::{Outcome, Session, draw};
+    use crate::pipeline::{Outcome, Session};
 
     /// Waves of several lengths: dots, shapes and smooth parts.
     fn photo(kind: usize) -> Photo {
@@ -173,29 +172,6 @@ mod tests {
 
     fn bytes_of(outcome: &Outcome, suffix: &str) -> u64 {
         writer(suffix).write(&outcome.drawing).unwrap().len() as u64
-    }
-
-    #[test]
-    fn what_is_found_fits_and_is_drawn_again_without_the_limit() {
-        let own = [Options::default(), Options::paper(), crate::options::preset("linocut").unwrap().options];
-        for (kind, options) in own.into_iter().enumerate() {
-            let photo = photo(kind);
-            let (whole, within) = drawn(&photo, &options, "svg", &Limits::default()).unwrap();
-            assert_eq!((within.trials, within.bytes), (1, None));
-            for (suffix, part) in [("svg", 0.97), ("svg", 0.6), ("svg", 0.35), ("pdf", 0.5), ("json", 0.5)] {
-                // What every file has, whatever the drawing, is not to be spared.
-                let most = 1500 + (bytes_of(&whole, suffix).saturating_sub(1500) as f64 * part) as u64;
-                let limits = Limits { max_bytes: Some(most), max_points: None };
-                let (found, within) = drawn(&photo, &options, suffix, &limits).unwrap();
-                let size = bytes_of(&found, suffix);
-                assert!(size <= most && within.bytes == Some(size) && within.trials <= MOST_TRIALS, "{within:?}");
-                assert!(size as f64 >= 0.98 * most as f64 || within.trials >= 4, "{size} of {most}: {within:?}");
-                let again = found.drawing.provenance.options().unwrap();
-                assert_eq!(again.tolerance, within.tolerance);
-                let again = draw(&photo, &Importance::Constant(1.0), &again, &Control::new()).unwrap();
-                assert!(again.drawing == found.drawing && bytes_of(&again, suffix) == size);
-            }
-        }
     }
 
     #[test]
