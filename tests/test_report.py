@@ -80,6 +80,7 @@ def browser() -> Iterator[Browser]:
 def page(browser: Browser) -> Iterator[Page]:
     """A page that must not meet an error."""
     page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.add_init_script(CLOCK)
     errors: list[str] = []
     page.on("console", lambda message: errors.append(message.text) if message.type in {"error", "warning"} else None)
     page.on("pageerror", lambda error: errors.append(str(error)))
@@ -278,8 +279,8 @@ def test_as_many_columns_as_are_asked_for_where_they_fit(report: Path, page: Pag
 
 # The zoom
 
-REST = 500
-"""Milliseconds after which a page that was scrolled is at rest."""
+CLOCK = "window.clock = 0; performance.now = () => clock"
+"""The clock of the page, which stands still: whether it is at rest is for the tests to say."""
 
 
 def transforms(page: Page) -> list[list[float]]:
@@ -309,10 +310,12 @@ def viewer(report: Path, page: Page) -> Page:
 
 
 def point_at(page: Page, pane: int, x: float, y: float) -> None:
-    """Move the mouse over a pane, to a place in shares of it, and wait until the page is at rest."""
+    """Move the mouse over a pane, to a place in shares of it, on a page that is at rest."""
     window = page.locator(".window").nth(pane)
     window.scroll_into_view_if_needed()
-    page.wait_for_timeout(REST)
+    # The page has seen that it was scrolled, and then some time passes.
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    page.evaluate("clock += 1000")
     box = window.bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
