@@ -77,7 +77,7 @@ lint: $(PACKAGE) $(EVALUATION) docs
 	cargo clippy --release --workspace --all-targets --locked -- -D warnings
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	# With a name in place of libFuzzer, which only linking needs, it is not compiled.
-	CUSTOM_LIBFUZZER_PATH=libFuzzer.a cargo clippy --release --manifest-path fuzz/Cargo.toml --target-dir target --locked -- -D warnings
+	CUSTOM_LIBFUZZER_PATH=target/libFuzzer.a cargo clippy --release --manifest-path fuzz/Cargo.toml --target-dir target --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --package graphstipple-core --package graphstipple-cli --no-deps --locked --quiet
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -123,9 +123,9 @@ ablation: $(EVALUATION)
 fuzz: $(PACKAGE)
 	@cargo fuzz --version >/dev/null || { echo "cargo-fuzz is missing: cargo install cargo-fuzz" >&2; exit 1; }
 	$(BIN)/python -m fuzz.seeds $(FUZZ_SEEDS)
-	cargo fuzz build --sanitizer none
+	CARGO_PROFILE_RELEASE_DEBUG=line-tables-only cargo fuzz build --sanitizer none
 	for target in $(FUZZ_TARGETS); do \
-	    cargo fuzz run --sanitizer none $$target -- \
+	    CARGO_PROFILE_RELEASE_DEBUG=line-tables-only cargo fuzz run --sanitizer none $$target -- \
 	        -max_total_time=$(FUZZ_SECONDS) -max_len=32768 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
 
