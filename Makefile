@@ -55,7 +55,6 @@ $(EVALUATION): $(PACKAGE) benches/evaluation/pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e benches/evaluation
 	touch $@
 
-# Cargo knows whether there is something to do; tests leave a binary of their own in the place.
 binary: $(ENVIRONMENT)
 	$(BUILD_BINARY)
 
@@ -65,9 +64,13 @@ demo: $(PACKAGE) binary
 	cmp out/astronaut.svg out/astronaut-binary.svg
 	@echo "The native binary drew the same: out/astronaut-binary.svg"
 
-test: $(PACKAGE) $(EVALUATION)
-	cargo test --release --config rust/checked.toml --workspace --locked
-	$(BUILD_BINARY)
+# The package of the extension is named with the core for the same reason as above. What stands around the core, and its examples,
+# are tested with the core as it is in the package.
+test: $(PACKAGE) $(EVALUATION) binary
+	cargo test --release --locked --config rust/checked.toml --package graphstipple-core --package graphstipple-py --lib
+	cargo test --release --locked --workspace --exclude graphstipple-core
+	cargo test --release --locked --package graphstipple-core --package graphstipple-py --example draw
+	cargo test --release --locked --package graphstipple-core --package graphstipple-py --doc
 	# Once, and not by every process of the tests; what needs the weights says so if they are missing.
 	-$(BIN)/python -m graphstipple.metrics fetch
 	$(BIN)/python -m pytest --numprocesses auto --dist loadgroup

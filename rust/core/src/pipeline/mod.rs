@@ -2,6 +2,8 @@
 //! with what the stages made on the way to it, all of them kept for the next one in a session. Source: the order is the paper's.
 
 mod draw;
+#[cfg(test)]
+mod geometry;
 mod memory;
 mod needs;
 mod search;

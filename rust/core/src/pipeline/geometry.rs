@@ -1,9 +1,16 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
-use graphstipple_core::stages::{Inks, RingPart, Stipple, Style, signed_area};
-use graphstipple_core::{Control, Drawing, Export, Field, Format, Importance, Options, Outcome, Photo, Published, Result, load};
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
+
+use crate::base::{Control, Result, signed_area};
+use crate::drawing::{Drawing, RingPart};
+use crate::files::{Export, Format, Style, load};
+use crate::importance::Importance;
+use crate::options::{Inks, Options, Published};
+use crate::outlines::Stipple;
+use crate::photo::{Field, Photo};
+use crate::pipeline::Outcome;
 
 type Segment = [[f64; 2]; 2];
 
@@ -122,7 +129,7 @@ fn draw(luma: &Field, importance: f32, options: Options) -> Outcome {
 }
 
 fn draw_photo(photo: &Photo, importance: f32, options: Options) -> Outcome {
-    graphstipple_core::draw(photo, &Importance::Constant(importance), &options.check().unwrap(), &Control::new()).unwrap()
+    super::draw(photo, &Importance::Constant(importance), &options.check().unwrap(), &Control::new()).unwrap()
 }
 
 /// The parameters of the published method with this density.
