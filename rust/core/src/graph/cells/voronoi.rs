@@ -209,4 +209,16 @@ mod tests {
             prop_assert!((mean - expected).abs() < 1e-4 * expected.max(1.0));
         }
     }
+
+    /// A crowd, which is looked at in blocks, with every other sample between sites, whose numbers say nothing of their places.
+    #[test]
+    fn of_sites_equally_near_in_a_crowd_the_first_has_the_sample() {
+        let mut sites: Vec<[f64; 2]> = (0..1024).map(|k| [0.5 + 2.0 * f64::from(k % 32), 0.5 + 2.0 * f64::from(k / 32)]).collect();
+        sites.sort_by_key(|site| crate::base::mixed(site[0].to_bits() ^ site[1].to_bits().rotate_left(32)));
+        let owners = owners(&sites, 64, 64, 1, &Control::new()).unwrap();
+        for (k, owner) in owners.iter().enumerate() {
+            let (column, row) = (k % 64, k / 64);
+            assert_eq!(*owner, brute_force(&sites, column as f64 + 0.5, row as f64 + 0.5), "sample {column}, {row}");
+        }
+    }
 }
