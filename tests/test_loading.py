@@ -244,6 +244,7 @@ KINDS: dict[str, tuple[str, str]] = {
     "a ring twice": (document(10, 10, [WHOLE, WHOLE]), "touches or crosses"),
     "a ring on a ring": (document(10, 10, [WHOLE, square(8, 9)]), "touches or crosses"),
     "rings that cross": (document(10, 10, [WHOLE, square(4, 9)]), "touches or crosses"),
+    "a region of the other ink": (document(10, 10, [WHOLE], regions=[(1, 64.0), (1, 36.0)]), "region 1 is told to have ink 1"),
     "a bow-tie": (document(10, 10, [ring((2, 2), (8, 8), (8, 2), (2, 8))]), "touches or crosses itself"),
     "a spike": (document(10, 10, [ring((2, 2), (8, 2), (8, 8), (8, 5))]), "touches or crosses itself"),
     "open curves that cross": (document(10, 10, ["M0,2L10,8", "M0,8L10,2"]), "touches or crosses"),

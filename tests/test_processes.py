@@ -186,6 +186,9 @@ def test_a_session_of_a_file_is_read_again_where_it_may_have_to_be(picture: NDAr
         for made in copies(gs.Session(image)):
             again = pickle.loads(pickle.dumps(made))
             assert [again.draw(gs.Options(background=colour)).svg() for colour in ("white", "black")] == expected
+    grey = np.ascontiguousarray(clear[:, :, [1, 3]])
+    made = pickle.loads(pickle.dumps(gs.Session(grey)))
+    assert made.draw(gs.Options(background="black")).svg() == gs.draw(grey, options=gs.Options(background="black")).svg()
     called = pickle.loads(pickle.dumps(gs.Session(clear, lambda luma: luma)))
     assert called.draw().svg() == gs.draw(clear, lambda luma: luma).svg()
     with pytest.raises(gs.InvalidInputError, match="a callable, which was not pickled with the session"):

@@ -104,6 +104,22 @@ def test_the_settings_of_the_file_count(tmp_path, small):
     assert {"saliency", "diffusion", "outlines", "decoding"} <= set(drawing.stats["seconds"])
 
 
+def test_fewer_nodes_take_the_place_of_those_asked_for_a_pixel(small):
+    drawing = gs.draw(small, options=gs.Options(nodes_per_pixel=0.3), max_points=150)
+    assert drawing.stats["within"]["points"] <= 150
+    assert drawing.options.nodes is not None
+    assert drawing.options.nodes_per_pixel is None
+
+
+def test_the_total_has_all_that_was_done_once(small):
+    drawing = gs.draw(small, max_points=300)
+    assert drawing.stats["within"]["trials"] > 1
+    of_finest, of_others = drawing._core.stats()["seconds"], drawing._seconds
+    assert {"decoding", "diffusion"} <= set(of_others)
+    assert "total" not in of_others
+    assert drawing.stats["seconds"]["total"] == pytest.approx(of_finest["total"] + sum(of_others.values()))
+
+
 def test_progress_goes_through_all_trials_and_never_back(small):
     told: list[float] = []
     drawing = gs.draw(small, max_points=300, progress=lambda stage, fraction: told.append(fraction))

@@ -92,6 +92,13 @@ def white_is_zero(bits: int, **named: Any) -> Made:
     return drawn(page, lambda stored: 1 - fraction(stored, bits)[..., 0])
 
 
+def white_is_zero_with_alpha(bits: int) -> Made:
+    """Return grey whose 0 is white, with alpha, of which 0 is clear as always."""
+    samples = np.concatenate([2**bits - 1 - grey_samples(bits), alpha_samples(bits)], axis=2)
+    page = Page(samples, bits, w.WHITE_IS_ZERO, extra=(w.UNASSOCIATED,))
+    return drawn(page, lambda stored: on_white(1 - fraction(stored, bits)[..., 0], fraction(stored, bits)[..., 1]))
+
+
 def palette(bits: int, **named: Any) -> Made:
     image = Image.fromarray(rgb_samples()).quantize(2**bits, dither=Image.Dither.NONE)
     values = image.getpalette()
@@ -100,6 +107,8 @@ def palette(bits: int, **named: Any) -> Made:
     found = np.array(values, np.uint16).reshape(-1, 3)
     # With lower bytes of their own: the colours have 16 bits.
     colours[: len(found)] = found * 257 ^ 0x35
+    # One colour of the file is so dark that its bytes would do: those of the others say that all have 16 bits.
+    colours[colours[: len(found)].sum(axis=1).argmin()] = 9
     page = Page(np.asarray(image)[..., np.newaxis], bits, w.PALETTE, **named)
     page.tags[320] = (w.SHORT, [int(v) for v in colours.T.ravel()])
     return drawn(page, lambda stored: luma_of(colours[stored[..., 0]] / 65535))
@@ -607,6 +616,7 @@ def alphas() -> list[Case]:
         rows.append(case(f"{name}_float16", f"float RGB + {words}", float_alpha, "f2", kind))
         more = [w.UNSPECIFIED]
         rows.append(case(f"{name}_and_more", f"RGB + {words}", as_its_alpha, rgb_samples, 8, kind, more=more))
+    rows += [case(f"unassociated_white_is_zero{bits}", "grey + alpha", white_is_zero_with_alpha, bits) for bits in (8, 16)]
     rows.append(case("unspecified_rgb", "channels that are no alpha", as_its_alpha, rgb_samples, 8, w.UNSPECIFIED))
     rows.append(case("unspecified_grey", "channels that are no alpha", as_its_alpha, partial(grey_samples, 8), 8, w.UNSPECIFIED))
     return rows

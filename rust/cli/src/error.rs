@@ -71,3 +71,27 @@ fn sentence(error: &io::Error) -> String {
         _ => error.to_string(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use graphstipple_core::Error as Core;
+
+    #[test]
+    fn the_exit_code_says_who_can_help() {
+        let option = Core::Option { option: "gamma".into(), value: "0".into(), allowed: "between 0.1 and 10".into() };
+        let missing = Error::File { path: "a.svg".into(), source: io::ErrorKind::NotFound.into() };
+        for (error, code) in [
+            (Error::Usage("--gamma is 0".into()), 2),
+            (Error::Core(option), 2),
+            (Error::Core(Core::Input("the image is empty".into())), 1),
+            (Error::Photo { path: "a.png".into(), source: Core::Decode("the file is empty".into()) }, 1),
+            (missing, 1),
+            (Error::ReadOnly { path: "a.svg".into() }, 1),
+            (Error::Core(Core::Cancelled), INTERRUPTED),
+            (Error::Interrupted(143), 143),
+        ] {
+            assert_eq!(error.exit_code(), code, "{error}");
+        }
+    }
+}

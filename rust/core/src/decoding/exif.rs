@@ -58,3 +58,31 @@ impl Exif {
         Self { orientation, adobe_rgb }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A directory of little-endian EXIF data: tag, type, count and value of each entry.
+    fn directory(entries: &[(u16, u16, u32, [u8; 4])]) -> Vec<u8> {
+        let entry = |(tag, kind, count, value): &(u16, u16, u32, [u8; 4])| {
+            [&tag.to_le_bytes()[..], &kind.to_le_bytes(), &count.to_le_bytes(), value].concat()
+        };
+        let entries_of = entries.iter().flat_map(entry);
+        (entries.len() as u16).to_le_bytes().into_iter().chain(entries_of).chain([0; 4]).collect()
+    }
+
+    /// What a camera says that calls its colours others than sRGB's, and names them.
+    fn uncalibrated(name: &[u8; 4]) -> Exif {
+        let at = |offset: u32| offset.to_le_bytes();
+        let of_exif = [(COLOUR_SPACE, 3, 1, at(0xFFFF)), (INTEROPERABILITY, 4, 1, at(56))];
+        let parts = [directory(&[(EXIF, 4, 1, at(26))]), directory(&of_exif), directory(&[(1, 2, 4, *name)])];
+        Exif::of(&[&b"II*\0\x08\0\0\0"[..], &parts.concat()].concat())
+    }
+
+    #[test]
+    fn only_the_name_of_adobe_rgb_stands_for_it() {
+        assert!(uncalibrated(b"R03\0").adobe_rgb);
+        assert!(!uncalibrated(b"R98\0").adobe_rgb && !uncalibrated(b"THM\0").adobe_rgb);
+    }
+}

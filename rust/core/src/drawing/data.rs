@@ -308,3 +308,22 @@ fn extend_to(path: &mut BezPath, p: Point) {
         Some(_) => path.line_to(p),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_file_need_not_say_is_no_coordinate() {
+        for (data, counted) in [
+            ("M0 0 L4 0 L4 4 Z", (3, 3)),
+            // The begin is said once, and so is a control point that mirrors the one before.
+            ("M0 0 L4 0 L4 4 L0 0 Z", (3, 3)),
+            ("M0 0 Q1 1 2 0 Q3 -1 4 0 Q9 9 0 0 Z", (3, 5)),
+            ("M0 0 Q1 1 2 0 Q3 -1.5 4 0", (3, 5)),
+            ("M0 0 C1 1 2 1 3 0 C4 -1 5 -1 6 0", (3, 6)),
+        ] {
+            assert_eq!(count_points(&BezPath::from_svg(data).unwrap()), counted, "{data}");
+        }
+    }
+}

@@ -120,3 +120,40 @@ impl Bins {
         self.bins[row.min(rows - 1) * self.columns + column.min(self.columns - 1)].iter()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{Control, Ink};
+    use crate::drawing::{Loose, put_together};
+
+    /// Black dots on a canvas of 40 x 20, all of one radius.
+    fn dots(centres: &[[f64; 2]], radius: f64) -> Drawing {
+        let dot = |[x, y]: &[f64; 2]| Stipple { x: *x, y: *y, radius, ink: Ink::Black, level: 0 };
+        let stipples = centres.iter().map(dot).collect();
+        let loose = Loose { width: 40, height: 20, units: 16.0, curves: vec![], stipples, ground: Ink::White };
+        put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap()
+    }
+
+    #[test]
+    fn of_two_that_would_touch_when_enlarged_one_is_dropped() {
+        // On both sides of where bins meet, and far from there.
+        for x in [8.0, 9.0, 10.0, 10.5, 11.0, 12.0, 13.0] {
+            let (drawing, changes) = dots(&[[x, 10.0], [x + 2.2, 10.0]], 0.3).with_least_radius(1.2).unwrap();
+            assert_eq!(changes, DotChanges { enlarged: 1, dropped: 1 }, "{x}");
+            assert_eq!(drawing.stipples.len(), 1);
+            let (_, changes) = dots(&[[x, 10.0], [x + 3.0, 10.0]], 0.3).with_least_radius(1.2).unwrap();
+            assert_eq!(changes, DotChanges { enlarged: 2, dropped: 0 }, "{x}");
+        }
+    }
+
+    #[test]
+    fn what_is_enlarged_is_no_smaller_than_the_least() {
+        for k in 0..100 {
+            let least = 0.4 + 0.0137 * f64::from(k);
+            let (drawing, _) = dots(&[[10.3, 10.7]], 0.3).with_least_radius(least).unwrap();
+            let radius = drawing.stipples[0].radius;
+            assert!(radius >= least && radius < least + 0.021 / drawing.units, "{radius} for {least}");
+        }
+    }
+}

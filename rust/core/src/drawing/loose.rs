@@ -251,6 +251,10 @@ mod tests {
             (vec![RING, "M12 7 L20 7 L20 13 Z"], vec![], "Curve(1) is white towards Curve(0), which is black there"),
             (vec!["M5 5 L9 5 L5 5 Z"], vec![], "Curve(0) encloses nothing"),
             (vec!["M5 5 L9 5 L9 9"], vec![], "Curve(0) is neither closed nor goes from frame to frame"),
+            (vec!["M0 5 L9 5 L9 9"], vec![], "Curve(0) is neither closed nor goes from frame to frame"),
+            (vec!["M9 5 L9 9 L0 9"], vec![], "Curve(0) is neither closed nor goes from frame to frame"),
+            // It bends beyond its third corner, but by less than shows where crossings are looked for.
+            (vec!["M10 10 Q15 10.04 20 10 L15 10.01 Z"], vec![], "Curve(0) encloses nothing"),
             (vec!["M0 5 L50 5"], vec![], "Curve(0) leaves the canvas"),
             (vec!["M1 5 Q9 1e14 9 5 Z"], vec![], "Curve(0) leaves the canvas"),
             (vec!["M1 5 Q5 -8 9 5 Z"], vec![], "Curve(0) touches or crosses the edge of the canvas"),
@@ -267,6 +271,16 @@ mod tests {
             let told = told(&curves, &dots);
             let part = |text: &str| text.split(" near ").next().unwrap_or_default().to_owned();
             assert_eq!(part(&told), part(sentence), "{curves:?} {dots:?}: {told}");
+        }
+    }
+
+    #[test]
+    fn a_curve_from_corner_to_corner_bounds_triangles() {
+        for diagonal in ["M0 0 L40 20", "M40 20 L0 0", "M40 0 L0 20", "M0 20 L40 0"] {
+            let drawing = made(&[diagonal], &[]).unwrap();
+            let corners = |region: usize| drawing.regions[region].exterior.parts.len() - 1;
+            assert_eq!([corners(0), corners(1)], [1, 1], "{diagonal}");
+            assert_eq!([drawing.region_area(0), drawing.region_area(1)], [400.0, 400.0]);
         }
     }
 

@@ -184,6 +184,15 @@ mod tests {
     }
 
     #[test]
+    fn dots_of_one_radius_between_those_that_are_written_keep_their_ink() {
+        for radius in [0.4013, 0.7021, 1.3007] {
+            let mut sizes = Sizes::default();
+            let drawn: f64 = (0..1000).map(|_| sizes.radius(radius)).map(|radius| radius * radius).sum();
+            assert!((drawn / (1000.0 * radius * radius) - 1.0).abs() < 2e-5, "{radius}: {drawn}");
+        }
+    }
+
+    #[test]
     fn quadratic_curves_are_raised_and_empty_lines_left_out() {
         let mut path = BezPath::new();
         path.move_to((1.0, 1.0));

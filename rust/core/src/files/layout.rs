@@ -538,6 +538,13 @@ mod tests {
     }
 
     #[test]
+    fn a_sheet_is_turned_for_what_is_wider_than_high_alone() {
+        let page = |width, height| layout("", "0", "A4").place(width, height).unwrap().page.map(|side| side * 25.4 / 72.0);
+        assert!(close(page(101, 100), [297.0, 210.0]));
+        assert!(close(page(100, 100), [210.0, 297.0]) && close(page(99, 100), [210.0, 297.0]));
+    }
+
+    #[test]
     fn the_least_radius_follows_the_size_on_paper() {
         let radius = layout("200mm", "10mm", "").least_radius(length("0.3mm"), 1000, 10).unwrap();
         assert!((radius - 1.5).abs() < 1e-9, "{radius}");

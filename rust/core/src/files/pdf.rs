@@ -372,6 +372,8 @@ mod tests {
         let layout = Layout { width: Some("400in".parse().unwrap()), ..Layout::default() };
         let pdf = to_pdf(&samples::nested(), &Export { layout, ..Export::default() }).unwrap();
         assert!(text_of(&pdf).contains("/MediaBox [0 0 14400 10800]") && text_of(&pdf).contains("/UserUnit 2"));
+        let scale = 225.0 / cubic::units_per_pixel(&samples::nested());
+        assert!(content_of(&pdf).starts_with(&format!("{scale} 0 0 -{scale} 0 10800 cm\n")));
     }
 
     #[test]

@@ -441,6 +441,7 @@ mod tests {
         let drawing = samples::drawing(4, 1000, vec![], &[(2.0, 500.0, 1.0, 1)]);
         let size = |width| rasterize(&drawing, Some(width)).map(|r| (r.width, r.height)).map_err(|e| e.to_string());
         assert_eq!(size(2), Ok((2, 500)));
+        assert_eq!(super::size(300, 200, Some(100)).unwrap(), (100, 67));
         assert_eq!(size(0), Err("width is 0, but it must be between 1 and 65535 pixels".into()));
         assert!(size(65_536).is_err());
         assert!(size(1000).unwrap_err().starts_with("the raster would be 1000 x 250000 pixels"));
@@ -490,6 +491,15 @@ mod tests {
         }
         let huge = Export { layout: layout(Some("60000px"), "0", None), ..Export::default() };
         assert!(to_png(&drawing, &huge).unwrap_err().to_string().starts_with("the raster would be 60000 x 45000 pixels"));
+    }
+
+    #[test]
+    fn the_resolution_is_the_nearest_that_can_be_told() {
+        for (dpi, per_metre) in [(72.0, 2835), (96.0, 3780), (300.0, 11_811)] {
+            let export = Export { layout: layout(None, "0", Some(dpi)), ..Export::default() };
+            let (info, _) = decode(&to_png(&samples::nested(), &export).unwrap());
+            assert_eq!(info.pixel_dims.map(|dims| [dims.xppu, dims.yppu]), Some([per_metre; 2]), "{dpi}");
+        }
     }
 
     #[test]

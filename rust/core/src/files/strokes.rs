@@ -116,6 +116,18 @@ mod tests {
     }
 
     #[test]
+    fn a_dot_that_is_alone_of_its_size_keeps_it() {
+        let dot = |(k, radius): (usize, f64)| Stipple { x: 10.0 * k as f64 + 5.0, y: 5.0, radius, ink: Ink::Black, level: 0 };
+        let radii = [0.000_123, 0.0321, 0.777_777, 3.654_321];
+        let stipples = radii.into_iter().enumerate().map(dot).collect();
+        let loose = Loose { width: 40, height: 10, units: 16.0, curves: vec![], stipples, ground: Ink::White };
+        let drawing = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
+        for (dot, radius) in with_few_radii(&drawing).unwrap().stipples.iter().zip(radii) {
+            assert!((dot.radius / radius - 1.0).abs() < 1e-12, "{} instead of {radius}", dot.radius);
+        }
+    }
+
+    #[test]
     fn dots_of_a_radius_follow_one_another() {
         let drawing = with_few_radii(&dotted()).unwrap();
         let layers = drawing.layers(Style::Flat, Inks::Black, None);

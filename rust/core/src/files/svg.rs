@@ -473,6 +473,9 @@ mod tests {
         let sized = to_svg(&sample, &export).unwrap();
         assert!(sized.contains("width=\"148mm\" height=\"116mm\" viewBox=\"-5 -5 74 58\""), "{}", &sized[..400]);
         assert_eq!(paths_of(&plain), paths_of(&sized));
+        // A page has no width of the drawing's that would say the unit.
+        export.layout = Layout { page: Some("A4".parse().unwrap()), ..Layout::default() };
+        assert!(to_svg(&sample, &export).unwrap().contains("width=\"297mm\" height=\"210mm\""));
     }
 
     #[test]

@@ -346,6 +346,8 @@ mod tests {
         let lattice = Lattice::new(LatticeKind::Hexagonal, 1, 5000, 0.3).unwrap();
         assert_eq!(lattice.len(), 1500);
         assert_eq!(lattice.to_graph().edges().count(), 1499);
+        // As dense as elsewhere, however many pixels wide.
+        assert_eq!(Lattice::new(LatticeKind::Hexagonal, 3, 500, 0.06).unwrap().len(), 90);
         assert_eq!(Lattice::new(LatticeKind::Square, 1, 1, 0.1).unwrap().site(0), [0.5, 0.5]);
     }
 }

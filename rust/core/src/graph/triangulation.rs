@@ -354,6 +354,29 @@ mod tests {
         }
     }
 
+    /// Sites on a ring with nothing inside: the circles of triangles reach over to its other side.
+    #[test]
+    fn tiles_find_what_lies_beyond_a_void() {
+        let unit = |k: u64| 0.5 + 0.5 * f64::from(crate::base::noise(k));
+        let on_ring = |k: u64| {
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * unit(2 * k));
+            let radius = 98.0 - 8.0 * unit(2 * k + 1);
+            [100.0 + radius * cos, 100.0 + radius * sin]
+        };
+        let sites: Vec<[f64; 2]> = (0..2000).map(on_ring).collect();
+        let [tiled, whole] = [Cut { sites: 20, ..SMALL }, WHOLE].map(|cut| triangulate_in(sites.clone(), 200, 200, cut).unwrap());
+        assert_eq!(tiled, whole);
+    }
+
+    #[test]
+    fn a_piece_of_one_node_has_its_row() {
+        let unit = |k: usize| 0.5 + 0.499 * f64::from(crate::base::noise(k as u64));
+        let sites: Vec<[f64; 2]> = (0..=NODES_A_PIECE).map(|k| [150.0 * unit(2 * k), 150.0 * unit(2 * k + 1)]).collect();
+        let cut = Cut { sites: 4000, ..SMALL };
+        let [tiled, whole] = [cut, WHOLE].map(|cut| triangulate_in(sites.clone(), 150, 150, cut).unwrap());
+        assert_eq!(tiled, whole);
+    }
+
     #[test]
     fn tiles_name_sites_that_coincide() {
         let mut sites = Lattice::new(LatticeKind::Hexagonal, 20, 40, 1.0).unwrap().sites();
@@ -389,6 +412,13 @@ mod tests {
                 prop_assert!(found.iter().any(|i| d(*i) <= d(best) + 1e-9));
             }
         }
+    }
+
+    /// In the corner the first is nearest, though another of its bin is far lower.
+    #[test]
+    fn the_envelope_reaches_from_one_end_to_the_other() {
+        let points = [[10.0, 251f64.sqrt()], [19.9, 1.0], [19.5, 30.0], [19.6, 30.0]];
+        assert_eq!(touching(points.into_iter(), points.len(), 20.0), [0, 1]);
     }
 
     #[test]

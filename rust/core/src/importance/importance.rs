@@ -195,6 +195,13 @@ mod tests {
         let sparse = Field::new(200, 100, (0..20_000).map(texture).collect()).unwrap();
         let mixed = saliency.mixed(&sparse, &sparse, 2.0, &options).unwrap();
         assert!(mixed.at(4, 4) > 0.5 && mixed.at(100, 50) < 0.26, "{}", mixed.at(4, 4));
+        // A faint texture is some detail where there is a strong one, if only in a corner, and all there is where there is none.
+        let faint = |i: usize| 0.5 + if (i % 200 + i / 200).is_multiple_of(2) { 0.01 } else { -0.01 };
+        let both = |i: usize| if i % 200 < 8 && i < 8 * 200 { texture(i) } else { faint(i) };
+        let [alone, beside] =
+            [Field::new(200, 100, (0..20_000).map(faint).collect()), Field::new(200, 100, (0..20_000).map(both).collect())]
+                .map(|photo| photo.and_then(|photo| saliency.mixed(&photo, &photo, 2.0, &options)).unwrap().at(100, 50));
+        assert!(alone > 0.9 && (0.3..0.8).contains(&beside), "{alone} {beside}");
         // Of a flat photo nothing is detail.
         let grey = Field::constant(9, 9, 0.5).unwrap();
         assert!(saliency.mixed(&grey, &grey, 2.0, &options).unwrap().values().iter().all(|v| *v == 0.25));

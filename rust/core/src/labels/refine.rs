@@ -317,6 +317,23 @@ mod tests {
     }
 
     #[test]
+    fn the_mean_is_that_of_structured_parts_alone() {
+        let graph = lattice(90, 90);
+        let (areas, control) = (vec![1.0; graph.sites.len()], Control::new());
+        let grounds: Vec<u8> = graph.sites.iter().map(|[_, y]| if *y < 45.0 { 1 } else { STRUCTURED }).collect();
+        let tone = |([x, _], ground): (&[f64; 2], &u8)| if *ground == STRUCTURED { (x / 90.0) as f32 } else { 1.0 };
+        let tones: Vec<f32> = graph.sites.iter().zip(&grounds).map(tone).collect();
+        let mut labels = vec![1; tones.len()];
+        let parameters = Refinement { mean: Some((0.5, 0.01)), ..PLAIN };
+        refine(&graph, &tones, &areas, Some(&grounds), &mut labels, &parameters, &control).unwrap();
+        let (structured, others): (Vec<(u8, u8)>, Vec<_>) =
+            labels.into_iter().zip(grounds).partition(|(_, ground)| *ground == STRUCTURED);
+        assert!(others.iter().all(|(label, _)| *label == 1));
+        let share = white(&structured.iter().map(|(label, _)| *label).collect::<Vec<u8>>());
+        assert!((share - 0.5).abs() <= 0.01, "{share}");
+    }
+
+    #[test]
     fn black_and_white_stay_clean_and_lone_dots_stay() {
         let graph = lattice(40, 40);
         let tones: Vec<f32> = graph.sites.iter().map(|[x, _]| if *x < 20.0 { 0.0 } else { 1.0 }).collect();

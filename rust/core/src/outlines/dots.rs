@@ -105,3 +105,19 @@ impl Star {
         self.rim.windows(2).map(|pair| [pair[0], pair[1]]).chain(others.into_iter().flatten())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dot_beside_the_frame_moves_in_as_far_as_it_needs() {
+        let rim = [(1.0, 5.0), (6.0, 10.0), (1.0, 15.0)].map(Point::from).to_vec();
+        let star = Star { rim, ends: Some([Side::Left; 2]), frame: Frame { width: 40.0, height: 20.0 } };
+        for wanted in [0.5, 1.0, 1.5] {
+            let dot = star.dot(Point::new(0.8, 10.0), wanted, 128.0, Ink::Black);
+            assert!((0.97 * wanted..=wanted).contains(&dot.radius), "{} instead of {wanted}", dot.radius);
+            assert!(dot.x > dot.radius && (dot.y - 10.0).abs() < 0.01);
+        }
+    }
+}

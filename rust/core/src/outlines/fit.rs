@@ -134,4 +134,20 @@ mod tests {
         }
         assert!(last <= 25);
     }
+
+    /// Six cells around one: a curve through the middles of the edges alone would enclose much less than the cell.
+    #[test]
+    fn a_small_loop_encloses_what_its_cells_have() {
+        let centre = Point::new(10.0, 10.0);
+        let white = |k: u32| {
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / 6.0);
+            Point::new(10.0 + 2.0 * cos, 10.0 + 2.0 * sin)
+        };
+        let edges: Vec<[Point; 2]> = (0..6).map(|k| [centre, white(k)]).collect();
+        let crossings: Vec<Point> = edges.iter().map(|[black, white]| black.midpoint(*white)).collect();
+        let fit = Fit::new(0.0, 0.3, Frame { width: 20.0, height: 20.0 });
+        let cell = 2.0 * 3f64.sqrt();
+        let area = fit.curve(&edges, &crossings, Some(cell), None).area();
+        assert!((area / cell - 1.0).abs() < 0.02, "{area} instead of {cell}");
+    }
 }

@@ -244,3 +244,30 @@ fn owner_of_frame(triangulation: &Triangulation, components: &Components, drawn_
 fn point(p: [f64; 2]) -> Point {
     Point::new(p[0], p[1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boundaries_cross_where_tone_is_middle_grey_but_not_near_a_node() {
+        let crossings =
+            [(0.2, 0.8), (0.4, 0.8), (0.3, 0.6), (0.45, 0.95), (0.05, 0.55)].map(|(black, white)| crossing(black, white));
+        for (found, expected) in crossings.into_iter().zip([0.5, 0.25, 2.0 / 3.0, 0.2, 0.8]) {
+            assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
+        }
+        // Where tone does not go from dark to light, it says nothing.
+        for (black, white) in [(0.5, 0.8), (0.2, 0.5), (0.5, 0.5), (0.9, 0.1), (0.1, 0.2)] {
+            assert_eq!(crossing(black, white), 0.5, "{black} {white}");
+        }
+    }
+
+    #[test]
+    fn a_dot_on_the_grid_is_no_smaller_than_the_least_and_hardly_larger() {
+        for (units, k) in [4.0, 32.0, 256.0].into_iter().flat_map(|units| (1..200).map(move |k| (units, k))) {
+            let shaping = Shaping { stipple_min: 0.0137 * f64::from(k), ..Shaping::of(&Options::default()) };
+            let dot = Stipple::on_grid(Point::new(10.3, 7.7), shaping.radius(0.0, units), units, Ink::Black);
+            assert!((0.0..0.021 / units).contains(&(dot.radius - shaping.stipple_min)), "{} on {units}", shaping.stipple_min);
+        }
+    }
+}

@@ -228,6 +228,16 @@ mod tests {
     }
 
     #[test]
+    fn some_values_stand_for_all_where_there_are_many() {
+        let count = 3 * CLIPPED_SUM_VALUES + 5;
+        let sums = ClippedSum::new(&vec![0.25; count]);
+        assert!(sums.values.len() <= CLIPPED_SUM_VALUES);
+        for (factor, each) in [(1.0, 0.25), (2.0, 0.5), (9.0, 1.0)] {
+            assert!((sums.at(factor) - each * count as f64).abs() < 1e-6 * count as f64, "{factor}: {}", sums.at(factor));
+        }
+    }
+
+    #[test]
     fn the_clipped_sum_and_its_factor_are_inverse() {
         let sums = ClippedSum::new(&[0.0, 0.1, 0.4, 0.5]);
         assert!((sums.at(2.0) - 2.0).abs() < 1e-6);

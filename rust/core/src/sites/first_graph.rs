@@ -86,3 +86,40 @@ pub(crate) fn keep(
     debug_assert_eq!(labels.len(), lattice.len());
     Ok(FirstGraph { lattice, labels, factor })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::Adjacency;
+    use crate::options::LatticeKind;
+
+    #[test]
+    fn nodes_in_line_are_given_the_corners() {
+        let lattice = Lattice::new(LatticeKind::Hexagonal, 40, 30, 0.5).unwrap();
+        let corners = [[0.0, 0.0], [40.0, 0.0], [0.0, 30.0], [40.0, 30.0]].map(|[x, y]| lattice.nearest(x, y));
+        let of = |kept: &[usize]| {
+            let labels = (0..lattice.len()).map(|node| u8::from(kept.contains(&node))).collect();
+            kept_sites(&FirstGraph { lattice: lattice.clone(), labels, factor: 1.0 }, 40.0, 30.0)
+        };
+        let row: Vec<usize> = lattice.row(5).collect();
+        for line in [&[][..], &row[3..4], &row[3..5], &row] {
+            let sites = of(line);
+            assert_eq!(sites.len(), line.len() + 4);
+            assert!(line.iter().chain(&corners).all(|node| sites.contains(&lattice.site(*node))));
+        }
+        let beside = lattice.row(6).start;
+        assert_eq!(of(&[row[3], row[5], beside]).len(), 3);
+    }
+
+    #[test]
+    fn a_flat_importance_keeps_its_share_though_errors_follow_detail() {
+        let lattice = Lattice::new(LatticeKind::Hexagonal, 60, 60, 1.0).unwrap();
+        let count = lattice.len() as f64;
+        for value in [0.2, 0.8] {
+            let values = vec![value; lattice.len()];
+            let FirstGraph { labels, .. } = keep(lattice.clone(), &values, None, &Options::paper(), &Control::new()).unwrap();
+            let share = labels.iter().map(|label| f64::from(*label)).sum::<f64>() / count;
+            assert!((share - f64::from(value)).abs() < 0.06, "{value}: {share}");
+        }
+    }
+}

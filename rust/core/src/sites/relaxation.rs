@@ -44,6 +44,14 @@ mod tests {
     use crate::options::LatticeKind;
 
     #[test]
+    fn sites_come_to_the_middle_of_a_canvas_that_is_far_from_square() {
+        for (width, height) in [(6, 40), (40, 6)] {
+            let [x, y] = relax(vec![[1.0, 1.0]], width, height, 1, 2, &Control::new()).unwrap()[0];
+            assert_eq!([x, y], [width as f64 / 2.0, height as f64 / 2.0]);
+        }
+    }
+
+    #[test]
     fn relaxation_stays_inside_and_keeps_a_regular_graph_nearly_still() {
         let lattice = Lattice::new(LatticeKind::Square, 20, 20, 1.0).unwrap();
         let relaxed = relax(lattice.sites(), 20, 20, 3, 4, &Control::new()).unwrap();

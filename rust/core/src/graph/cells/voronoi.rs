@@ -165,3 +165,31 @@ impl Sink for OwnersOf {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn brute_force(sites: &[[f64; 2]], x: f64, y: f64) -> u32 {
+        let mut best = (f64::INFINITY, 0);
+        for (i, site) in sites.iter().enumerate() {
+            let d = (site[0] - x).powi(2) + (site[1] - y).powi(2);
+            if d < best.0 {
+                best = (d, i as u32);
+            }
+        }
+        best.1
+    }
+
+    /// A crowd, which is looked at in blocks, with every other sample between sites, whose numbers say nothing of their places.
+    #[test]
+    fn of_sites_equally_near_in_a_crowd_the_first_has_the_sample() {
+        let mut sites: Vec<[f64; 2]> = (0..1024).map(|k| [0.5 + 2.0 * f64::from(k % 32), 0.5 + 2.0 * f64::from(k / 32)]).collect();
+        sites.sort_by_key(|site| crate::base::mixed(site[0].to_bits() ^ site[1].to_bits().rotate_left(32)));
+        let owners = owners(&sites, 64, 64, 1, &Control::new()).unwrap();
+        for (k, owner) in owners.iter().enumerate() {
+            let (column, row) = (k % 64, k / 64);
+            assert_eq!(*owner, brute_force(&sites, column as f64 + 0.5, row as f64 + 0.5), "sample {column}, {row}");
+        }
+    }
+}
