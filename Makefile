@@ -35,6 +35,9 @@ FUZZ_SEEDS :=
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
 MORE :=
 
+# The environment is installed while the binary is built.
+MAKEFLAGS += --jobs=2
+
 .PHONY: build binary demo test lint format docs generate bench performance peers evaluate ablation fuzz clean
 build: $(PACKAGE)
 
@@ -55,7 +58,7 @@ $(EVALUATION): $(PACKAGE) benches/evaluation/pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e benches/evaluation
 	touch $@
 
-binary: $(ENVIRONMENT)
+binary:
 	$(BUILD_BINARY)
 
 demo: $(PACKAGE) binary
