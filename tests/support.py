@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -28,6 +29,8 @@ settings.load_profile("explore" if os.environ.get("GRAPHSTIPPLE_EXPLORE") else "
 ROOT = Path(__file__).resolve().parents[1]
 PHOTOS = ("astronaut", "camera", "chelsea", "coffee", "rocket")
 on_every_photo = pytest.mark.parametrize("name", PHOTOS)
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="it looks into /proc")
 
 GOLDEN = ROOT / "tests" / "golden"
 """Inputs and expected drawings that Python and Rust tests share."""

@@ -22,7 +22,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 from tests.commands import native_binary
-from tests.support import options_with, photo
+from tests.support import linux, options_with, photo
 
 import graphstipple as gs
 from graphstipple import stages
@@ -33,7 +33,6 @@ PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)
 WAIT = 60
 """Seconds after which a child counts as hung."""
 
-linux = pytest.mark.skipif(sys.platform != "linux", reason="it looks into /proc")
 posix = pytest.mark.skipif(os.name != "posix", reason="forks and signals are POSIX's")
 
 

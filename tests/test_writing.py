@@ -16,13 +16,12 @@ import numpy as np
 import pytest
 from PIL import Image
 from tests.commands import FAILURE, USAGE, assert_one_sentence, done, native_binary, run
-from tests.support import photo, wait_until, waits
+from tests.support import linux, photo, wait_until, waits
 
 import graphstipple as gs
 
 CONSOLE_SCRIPT = Path(sysconfig.get_path("scripts")) / "graphstipple"
 
-linux = pytest.mark.skipif(sys.platform != "linux", reason="it looks into /proc")
 posix = pytest.mark.skipif(os.name != "posix", reason="links, devices, pipes and signals are POSIX's")
 
 
@@ -226,6 +225,13 @@ def start(program: Path, folder: Path, *arguments: str) -> subprocess.Popen[byte
             signal.signal(number, handler)
 
 
+def give(process: subprocess.Popen[bytes], photo_file: bytes) -> None:
+    """Write all of a photo to a program, and close the pipe."""
+    process.stdin.write(photo_file)
+    process.stdin.close()
+    process.stdin = None
+
+
 def ended(process: subprocess.Popen[bytes]) -> int:
     """Return how a process ended, after it said nothing of how it is made."""
     printed = process.communicate(timeout=120)
@@ -250,9 +256,7 @@ def test_a_signal_while_the_photo_comes_in_leaves_nothing(
 @signals
 def test_a_signal_at_work_leaves_all_or_nothing(program: Path, noise: bytes, tmp_path: Path, number: signal.Signals) -> None:
     process = start(program, tmp_path, "-o", "a.png", "--width", "3000px", "--preview", "b.png")
-    process.stdin.write(noise)
-    process.stdin.close()
-    process.stdin = None
+    give(process, noise)
     process.send_signal(number)
     code = ended(process)
     assert (code, names(tmp_path)) in [(128 + number, []), (0, ["a.png", "b.png"])]
@@ -265,9 +269,7 @@ def test_a_signal_while_files_are_written_leaves_all_or_nothing(
 ) -> None:
     os.mkfifo(tmp_path / "pipe.png")
     process = start(program, tmp_path, "-o", "pipe.png", "--width", "3000px", "--preview", "b.png")
-    process.stdin.write(noise)
-    process.stdin.close()
-    process.stdin = None
+    give(process, noise)
     with (tmp_path / "pipe.png").open("rb") as pipe:
         assert pipe.read(8) == b"\x89PNG\r\n\x1a\n"
         process.send_signal(number)
@@ -329,9 +331,7 @@ def test_waiting_for_a_reader_can_be_interrupted(
     # Nobody reads, neither the pipe nor standard output, which takes some of it.
     os.mkfifo(tmp_path / "pipe.svg")
     process = start(program, tmp_path, "-o", output, *(["--preview", "b.png"] if output != "-" else []))
-    process.stdin.write(noise)
-    process.stdin.close()
-    process.stdin = None
+    give(process, noise)
     wait_until(lambda: waits(process))
     process.send_signal(number)
     assert process.wait(120) == 128 + number
