@@ -273,7 +273,7 @@ def test_help_is_short_and_shows_what_people_turn(command):
     assert text.count("\n") <= 100
     assert max(map(len, text.splitlines())) <= 80
     everyday = {name for name, it in OPTIONS.items() if it["x-everyday"]}
-    settings = {name for name, *_, is_everyday in _core.settings() if is_everyday}
+    settings = {name for name, _, _, _, is_everyday, *_ in _core.settings() if is_everyday}
     assert len(shown(text)) == len(set(shown(text)))
     assert set(shown(text)) == kebab(everyday | settings) | OWN
     # Three examples, the five that most begin with, then the groups.

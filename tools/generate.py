@@ -191,7 +191,7 @@ def options_page() -> str:
     method_table = table(["Parameter", "What it does", "Takes", "Default", "Paper"], method)
     settings = [
         [f"`{name}`", sentence, default, ", ".join(f"`.{suffix}`" for suffix in takers)]
-        for name, sentence, default, takers, _ in _core.settings()
+        for name, sentence, default, takers, *_ in _core.settings()
     ]
     formats = [[f"`.{suffix}`", name, holds, "yes" if is_read else ""] for suffix, name, holds, is_read in _core.formats()]
     sources = [[f"`{form}`" if form.split()[0] != "the" else form, sentence] for form, sentence in _core.sources()]

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from graphstipple.drawing import Drawing, Graph, RecordedOptions, Region, load
     from graphstipple.importance import saliency
     from graphstipple.options import Options, Preset, Published, presets
+    from graphstipple.studio.notebook import Studio
 
 __all__ = [
     "Drawing",
@@ -47,6 +48,7 @@ __all__ = [
     "RecordedOptions",
     "Region",
     "Session",
+    "Studio",
     "__version__",
     "draw",
     "load",
@@ -61,6 +63,7 @@ _LATER = {
     "drawing": ("Drawing", "Graph", "RecordedOptions", "Region", "load"),
     "importance": ("saliency",),
     "options": ("Options", "Preset", "Published", "presets"),
+    "studio.notebook": ("Studio",),
 }
 """What is imported when it is first used, by module: the command line starts without NumPy, a drawing without OpenCV and Pillow."""
 

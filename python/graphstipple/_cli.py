@@ -1,4 +1,4 @@
-"""The console script: the same command line as the native binary's, by the same Rust code."""
+"""The console script: the same command line as the native binary's, by the same Rust code, and what only Python can do."""
 
 from __future__ import annotations
 
@@ -15,6 +15,10 @@ BY_SIGNAL = 128
 
 def main() -> int:
     """Run the command line on the program's arguments and return its exit code."""
+    if sys.argv[1:2] == ["studio"]:
+        from graphstipple.studio import command  # noqa: PLC0415  # a drawing does not need it
+
+        return command.main(sys.argv[2:])
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         # What is ignored, as SIGHUP is by nohup, stays so.

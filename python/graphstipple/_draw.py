@@ -21,8 +21,8 @@ from graphstipple.options import Options
 if TYPE_CHECKING:
     from PIL import Image
 
-ImportanceMap: TypeAlias = "os.PathLike[str] | Image.Image | npt.NDArray[Any]"
-"""A path, a PIL image or an array."""
+ImportanceMap: TypeAlias = "os.PathLike[str] | bytes | Image.Image | npt.NDArray[Any]"
+"""A path, all bytes of a file, a PIL image or an array."""
 
 ImportanceLike: TypeAlias = "str | ImportanceMap | Callable[[npt.NDArray[np.float32]], ImportanceMap | str] | None"
 """A name, a map, or what makes one of the photo's luma."""
@@ -49,12 +49,12 @@ def draw(
 
     Parameters
     ----------
-    image : str, path, PIL image or ndarray
-        The photo. A file (PNG, JPEG, TIFF, WebP) is decoded by Rust, as on the command line; one that Rust does not support, by
-        Pillow: docs/formats.md has what is read. An array is (height, width) or
+    image : str, path, bytes, PIL image or ndarray
+        The photo. A file (PNG, JPEG, TIFF, WebP), given by its path or by all its bytes, is decoded by Rust, as on the command
+        line; one that Rust does not support, by Pillow: docs/formats.md has what is read. An array is (height, width) or
         (height, width, channels): grey, grey and alpha, sRGB, or sRGB and alpha; bool, uint8, uint16, or floats in [0, 1].
         A colour profile is applied, that of a file as that of a PIL image (`info["icc_profile"]`); arrays are sRGB.
-    importance : str, path, PIL image, ndarray or callable
+    importance : str, path, bytes, PIL image, ndarray or callable
         Where detail is wanted: "saliency" (the default), "none" (everywhere), "constant:V" with V in (0, 1], or a map of any
         size, as a file, PIL image or array (height, width), white where detail is wanted. A callable gets the photo's luma, float32
         (height, width) in [0, 1], and returns any of these. The photo's own detail is mixed into saliency and maps as `detail`,
@@ -103,7 +103,8 @@ def draw(
     seconds: dict[str, float] = {}
     report = progress or _silent
     reading = reading_of(options._checked, max_pixels, allow_damaged)
-    photo, source, heard = _read(image, importance, reading, seconds, report)
+    photo, heard = _read_photo(image, reading, seconds, report)
+    source, heard = _read_importance(importance, photo, reading, seconds, heard)
     result = _core.draw(photo, source, reading, options._checked, progress)
     report("outlines", 1.0)
     return _drawing(result, options, seconds, heard)
@@ -131,9 +132,9 @@ class Session:
 
     Parameters
     ----------
-    image : str, path, PIL image or ndarray
+    image : str, path, bytes, PIL image or ndarray
         The photo, as for `draw`.
-    importance : str, path, PIL image, ndarray or callable
+    importance : str, path, bytes, PIL image, ndarray or callable
         Where detail is wanted, as for `draw`.
     max_pixels, allow_damaged
         As for `draw`.
@@ -171,6 +172,32 @@ class Session:
         self._seconds: dict[str, float] = {}
         self._state = self._begin(Options()._checked, self._seconds, _silent)
         self._may_change = True
+
+    def with_importance(self, importance: ImportanceLike) -> Session:
+        """Return a session on the same photo, which is not read again, with another importance.
+
+        Parameters
+        ----------
+        importance : str, path, bytes, PIL image, ndarray or callable
+            Where detail is wanted, as for `draw`.
+
+        Returns
+        -------
+        Session
+
+        Raises
+        ------
+        InvalidInputError, ImageFileError
+            As for a new session.
+        """
+        (photo, _, background), heard = self._state.session.packed(), self._state.heard
+        session = object.__new__(Session)
+        session._limits, session._may_change, session._seconds = self._limits, self._may_change, {}
+        if self._may_change:
+            session._image, session._importance = self._image, importance
+        reading = _core.Reading(background, Options()._checked, *self._limits)
+        session._state = _state(photo, heard._replace(of_importance=[]), importance, reading, session._seconds)
+        return session
 
     def draw(
         self,
@@ -212,11 +239,22 @@ class Session:
         seconds: dict[str, float] = {}
         if limit is not None:
             return _drawing(*self._within(options, progress, limit, seconds))
+        return _drawing(*self._drawn(options, progress, seconds))
+
+    def _draw_quietly(self, options: Options, progress: Progress | None = None) -> tuple[Drawing, list[str]]:
+        """Return the drawing that `draw` returns, and the sentences of its warnings, for threads: warnings are the process's."""
+        core, _, seconds, heard = self._drawn(options, progress, {})
+        return Drawing(core, options, seconds, heard.decoder), [*heard.of_photo, *heard.of_importance, *core.warnings]
+
+    def _drawn(
+        self, options: Options, progress: Progress | None, seconds: dict[str, float]
+    ) -> tuple[_core.Drawing, Options, dict[str, float], _Heard]:
+        """Return the drawing with these options, the options, the seconds of all else that was done, and what was heard."""
         report = progress or _silent
         state = self._fitting(options._checked, seconds, report)
         result = state.session.draw(options._checked, progress)
         report("outlines", 1.0)
-        return _drawing(result, options, seconds, state.heard)
+        return result, options, seconds, state.heard
 
     def __reduce__(self) -> tuple[Callable[..., Session], tuple[object, ...]]:
         core, heard = self._state
@@ -275,7 +313,7 @@ class Session:
         heard = state.heard
         if limit.min_dot is not None:
             # The core says it of the drawing before the change.
-            heard = heard._replace(warnings=[*heard.warnings, *said])
+            heard = heard._replace(of_importance=[*heard.of_importance, *said])
         return found, made, seconds, heard
 
     def _fitting(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
@@ -289,13 +327,8 @@ class Session:
 
     def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         reading = reading_of(options, *self._limits)
-        photo, source, heard = _read(self._image, self._importance, reading, seconds, report)
-        session = _core.Session(photo, source, reading)
-        for stage, spent in session.seconds.items():
-            seconds[stage] = seconds.get(stage, 0.0) + spent
-        if session.warning:
-            heard.warnings.append(session.warning)
-        return _State(session, heard)
+        photo, heard = _read_photo(self._image, reading, seconds, report)
+        return _state(photo, heard, self._importance, reading, seconds)
 
 
 def _unpacked(
@@ -371,7 +404,8 @@ def _of_trial(progress: Progress | None, trial: int) -> Progress | None:
 class _Heard(NamedTuple):
     """What is to be said of the files that were read, and what has decoded the photo's."""
 
-    warnings: list[str]
+    of_photo: list[str]
+    of_importance: list[str]
     decoder: str | None
 
 
@@ -382,22 +416,41 @@ class _State(NamedTuple):
     heard: _Heard
 
 
+def _state(
+    photo: _core.Photo, heard: _Heard, importance: ImportanceLike, reading: _core.Reading, seconds: dict[str, float]
+) -> _State:
+    """Return what a session has of a photo that was read, of which `heard` is to be said, with an importance."""
+    source, heard = _read_importance(importance, photo, reading, seconds, heard)
+    session = _core.Session(photo, source, reading)
+    for stage, spent in session.seconds.items():
+        seconds[stage] = seconds.get(stage, 0.0) + spent
+    if session.warning:
+        heard.of_importance.append(session.warning)
+    return _State(session, heard)
+
+
 def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float], heard: _Heard) -> Drawing:
     """Return what the core has drawn, and pass its warnings, and those of the files, on to whoever called `draw`."""
-    for warning in [*heard.warnings, *core.warnings]:
+    for warning in [*heard.of_photo, *heard.of_importance, *core.warnings]:
         warnings.warn(warning, GraphStippleWarning, stacklevel=3)
     return Drawing(core, options, seconds, heard.decoder)
 
 
-def _read(
-    image: ImageLike, importance: ImportanceLike, reading: _core.Reading, seconds: dict[str, float], report: Progress
-) -> tuple[_core.Photo, str | _core.Photo, _Heard]:
-    """Return the image, the source of its importance for the core (a name or a map), and what was heard of the files."""
+def _read_photo(
+    image: ImageLike, reading: _core.Reading, seconds: dict[str, float], report: Progress
+) -> tuple[_core.Photo, _Heard]:
+    """Return the image for the core, and what was heard of its file."""
     report("decoding", 0.0)
     start = time.perf_counter()
     photo, warning, decoder = read_photo(image, reading)
     seconds["decoding"] = time.perf_counter() - start
-    said = [warning] if warning else []
+    return photo, _Heard([warning] if warning else [], [], decoder)
+
+
+def _read_importance(
+    importance: ImportanceLike, photo: _core.Photo, reading: _core.Reading, seconds: dict[str, float], heard: _Heard
+) -> tuple[str | _core.Photo, _Heard]:
+    """Return the source of a photo's importance for the core (a name or a map), and what was heard of its file besides."""
     if importance is None:
         importance = "saliency"
     if callable(importance):
@@ -406,13 +459,14 @@ def _read(
         # A path is no name, even where it looks like one.
         importance = str(Path(os.fsdecode(importance)).absolute())
     if isinstance(importance, str) and is_text(path_to_read(importance)):
-        return photo, importance, _Heard(said, decoder)
-    if not is_pil(importance) and getattr(importance, "ndim", 2) != 2:
+        return importance, heard
+    is_file = is_pil(importance) or isinstance(importance, bytes)
+    if not is_file and getattr(importance, "ndim", 2) != 2:
         raise InvalidInputError(f"the importance has the shape {np.asarray(importance).shape}, but it must be (height, width)")
     start = time.perf_counter()
     map_, warning, _ = read_photo(importance, reading, "importance")
-    seconds["decoding"] += time.perf_counter() - start
-    return photo, map_, _Heard([*said, warning] if warning else said, decoder)
+    seconds["decoding"] = seconds.get("decoding", 0.0) + time.perf_counter() - start
+    return map_, heard._replace(of_importance=[warning] if warning else [])
 
 
 def _silent(stage: str, fraction: float) -> None:

@@ -20,8 +20,8 @@ from graphstipple._errors import GraphStippleWarning, ImageFileError, ImageFileN
 if TYPE_CHECKING:
     from PIL import Image
 
-ImageLike: TypeAlias = "str | os.PathLike[str] | Image.Image | npt.NDArray[Any]"
-"""A path, a PIL image or an array."""
+ImageLike: TypeAlias = "str | os.PathLike[str] | bytes | Image.Image | npt.NDArray[Any]"
+"""A path, all bytes of a file, a PIL image or an array."""
 
 Samples: TypeAlias = "npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]"
 
@@ -73,6 +73,8 @@ def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") ->
     """Return an image as `read_luma` does, for the core, what is to be said of it, and what has decoded its file."""
     if isinstance(image, (str, os.PathLike)):
         return _core.read_photo(path_to_read(image), reading)
+    if isinstance(image, bytes):
+        return _core.read_photo(name, reading, image)
     if is_pil(image):
         from graphstipple._pillow import samples_of  # noqa: PLC0415  # whoever has a PIL image has imported Pillow
 
@@ -84,7 +86,9 @@ def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") ->
         return _core.photo(*samples_of(image), reading), None, None
     if hasattr(image, "__array__"):
         return _core.photo(_from_array(unmasked(image, name), name), NOTHING, reading), None, None
-    raise InvalidInputError(f"the {name} is of type {type(image).__name__}, but it must be a path, a PIL image or a NumPy array")
+    raise InvalidInputError(
+        f"the {name} is of type {type(image).__name__}, but it must be a path, a file's bytes, a PIL image or a NumPy array"
+    )
 
 
 def path_to_read(path: str | os.PathLike[str]) -> str:

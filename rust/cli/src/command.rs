@@ -22,13 +22,17 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   graphstipple photo.jpg -o drawing.svg
   graphstipple photo.jpg -o drawing.pdf --preset portrait --page A4
-  graphstipple photo.jpg -o drawing.svg --nodes 100000 --preview preview.png";
+  graphstipple photo.jpg -o drawing.svg --nodes 100000 --preview preview.png
+  graphstipple studio photo.jpg                      # turns options in the browser";
 
 /// The options that most people begin with, above all others in the help.
 const FIRST: [&str; 5] = ["output", "preset", "nodes", "width", "preview"];
 
 /// Their heading.
 const FIRST_HEADING: &str = "To begin with";
+
+/// The first argument of the command that turns options in the browser, which only Python's has.
+pub(crate) const STUDIO: &str = "studio";
 
 /// The flag that shows every option.
 pub(crate) const HELP_ALL: &str = "help-all";

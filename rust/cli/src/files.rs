@@ -57,7 +57,8 @@ pub fn read_photo(path: &Path, reading: &Reading, control: &Control) -> Result<D
     Input::file(path).read(reading, control)
 }
 
-/// An image file, or standard input, that can be read more than once: what comes through a pipe comes once, and is kept.
+/// An image file, the bytes of one, or standard input, that can be read more than once: what comes through a pipe comes once, and is
+/// kept.
 #[derive(Debug)]
 pub struct Input {
     path: PathBuf,
@@ -74,6 +75,11 @@ impl Input {
     /// Standard input.
     pub fn standard() -> Self {
         Self { path: PathBuf::from("-"), is_standard: true, piped: None }
+    }
+
+    /// Bytes that somebody has of a file, under the name by which messages tell of it.
+    pub fn bytes(name: &Path, bytes: Vec<u8>) -> Self {
+        Self { path: name.to_owned(), is_standard: false, piped: Some(bytes) }
     }
 
     /// Its path; that of standard input is `-`.

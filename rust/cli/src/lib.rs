@@ -51,6 +51,9 @@ const STEPS: u64 = 1000;
 pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> Option<u8>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let done = match printed(&arguments) {
+        _ if arguments.get(1).is_some_and(|first| first == command::STUDIO) => Err(Error::Usage(
+            "the studio comes with Python's command, and this one is without: pip install graphstipple[studio]".to_owned(),
+        )),
         Some(text) => text.and_then(|text| print(io::stdout(), text.as_bytes())),
         None => Job::of(arguments).and_then(|job| execute(&job, interrupted)),
     };

@@ -173,11 +173,18 @@ impl Drawing {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The drawing as grey values (height, width).
-    #[pyo3(signature = (width=None))]
-    fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>) -> PyResult<Bound<'py, PyArray2<u8>>> {
+    /// The drawing as grey values (height, width), or of a part of it: left, top, right and bottom in pixels of the canvas.
+    #[pyo3(signature = (width=None, part=None))]
+    fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>, part: Option<[f64; 4]>) -> PyResult<Bound<'py, PyArray2<u8>>> {
         let drawing = Arc::clone(&self.drawing);
-        let raster = watch::run_core(py, None, move |_| raster::rasterize(&drawing, width))?;
+        let raster = watch::run_core(py, None, move |_| match part {
+            None => raster::rasterize(&drawing, width),
+            // As large as it is on the canvas.
+            Some(part) => {
+                let width = width.unwrap_or_else(|| (part[2] - part[0]).round().max(1.0) as usize);
+                raster::rasterize_part(&drawing, part, width)
+            }
+        })?;
         arrays::from_rows(py, [raster.height, raster.width], raster.values)
     }
 
@@ -195,6 +202,13 @@ impl Drawing {
             py.detach(|| target.write(&bytes)).map_err(errors::from_files)?;
         }
         Ok(warning)
+    }
+
+    /// Width and height of the page and of the drawing on it, in a file of this suffix with settings by name: pixels of a PNG, else mm.
+    /// `None` if the format has no size.
+    fn sheet(&self, suffix: &str, settings: &Bound<'_, PyDict>) -> PyResult<Option<[f64; 4]>> {
+        let writer = writer(Format::of_suffix(suffix).map_err(errors::from_core)?, settings)?;
+        writer.sheet(self.drawing.width, self.drawing.height).map_err(errors::from_core)
     }
 
     /// The drawing with no dot smaller than this radius, a length, at the size that the settings say.

@@ -35,6 +35,22 @@ impl Options {
         values_of(py, &self.checked)
     }
 
+    /// How many nodes a drawing on a canvas of this size may come to have.
+    fn most_nodes(&self, width: usize, height: usize) -> f64 {
+        self.checked.most_nodes(width as f64 * height as f64)
+    }
+
+    /// By how much a photo of this size is reduced for a drawing.
+    fn reduction(&self, width: usize, height: usize) -> usize {
+        self.checked.reduction(width, height)
+    }
+
+    /// The same drawing asked for more coarsely, where it may have more than so many nodes on a canvas of this size.
+    fn with_at_most(&self, nodes: u64, width: usize, height: usize) -> PyResult<Self> {
+        let coarse = self.checked.with_at_most(nodes, width as f64 * height as f64).into_owned();
+        Ok(Self { checked: coarse.check().map_err(errors::from_core)? })
+    }
+
     /// The colour (R, G, B) of the background.
     #[getter]
     fn background(&self) -> (u8, u8, u8) {
@@ -73,8 +89,9 @@ pub(crate) fn options_schema(py: Python<'_>) -> PyResult<Py<PyAny>> {
     values::data(py, &schema())
 }
 
-/// A setting: name, what it does, default, the suffixes of the formats that take it, and whether the short help shows it.
-type SettingTuple = (&'static str, &'static str, &'static str, Vec<&'static str>, bool);
+/// A setting: name, what it does, default, the suffixes of the formats that take it, whether the short help shows it, what its value is
+/// called (nothing for a switch), and the words that it takes.
+type SettingTuple = (&'static str, &'static str, &'static str, Vec<&'static str>, bool, &'static str, Vec<&'static str>);
 
 /// Every setting of how a file is written.
 #[pyfunction]
@@ -82,7 +99,8 @@ pub(crate) fn settings() -> Vec<SettingTuple> {
     let takers = |name| Format::ALL.iter().filter(|format| format.settings.contains(&name)).map(|format| format.suffix).collect();
     let tuple = |setting: &Setting| {
         let is_everyday = setting.audience == Audience::Everyday;
-        (setting.name, setting.sentence, setting.default, takers(setting.name), is_everyday)
+        let words = if setting.value_name.is_empty() { Vec::new() } else { setting.words().collect() };
+        (setting.name, setting.sentence, setting.default, takers(setting.name), is_everyday, setting.value_name, words)
     };
     SETTINGS.iter().map(tuple).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use graphstipple_cli::files;
+use graphstipple_cli::files::{self, Input};
 use graphstipple_core::stages::{self as core, PhotoBuilder, Pool, Samples, Tags, fine_grained};
 use graphstipple_core::{Control, Photo as CorePhoto};
 use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -82,12 +82,20 @@ pub(crate) fn threads_of(reading: &core::Reading) -> Option<usize> {
     reading.options.as_ref().and_then(|options| options.threads)
 }
 
-/// An image file, what is to be said of it, and what decoded it.
+/// An image file, what is to be said of it, and what decoded it. Where somebody has its bytes already, no file is opened, and the path
+/// is the name by which messages tell of it.
 #[pyfunction]
-pub(crate) fn read_photo(py: Python<'_>, path: PathBuf, reading: &Reading) -> PyResult<(Photo, Option<String>, String)> {
+#[pyo3(signature = (path, reading, data=None))]
+pub(crate) fn read_photo(
+    py: Python<'_>,
+    path: PathBuf,
+    reading: &Reading,
+    data: Option<Vec<u8>>,
+) -> PyResult<(Photo, Option<String>, String)> {
     let said = reading.reading.clone();
     let read = move |control: &_| {
-        let decoded = files::read_photo(&path, &said, control)?;
+        let mut input = data.map_or_else(|| Input::file(&path), |bytes| Input::bytes(&path, bytes));
+        let decoded = input.read(&said, control)?;
         let warning = decoded.warning.map(|warning| files::told(&path, &warning));
         Ok((Photo { photo: decoded.photo }, warning, decoded.decoder))
     };

@@ -213,6 +213,26 @@ impl Writer {
         self.export.layout.least_radius(min_dot, width, height)
     }
 
+    /// Width and height of the page, then those of the drawing on it, of a canvas of `width` x `height` pixels: in pixels for a format
+    /// that has them, else in mm. `None` if the format has no size.
+    ///
+    /// # Errors
+    /// As [`Writer::check_size`].
+    pub fn sheet(&self, width: usize, height: usize) -> Result<Option<[f64; 4]>> {
+        self.check_size(width, height)?;
+        let layout = &self.export.layout;
+        if self.format.has_pixels() {
+            let PixelPlacement { page, drawing, .. } = layout.place_pixels(width, height)?;
+            return Ok(Some([page[0], page[1], drawing[0], drawing[1]].map(|side| side as f64)));
+        }
+        if !self.format.settings.contains(&"width") {
+            return Ok(None);
+        }
+        let Placement { scale, page, .. } = layout.place(width, height)?;
+        let [across, down] = [width, height].map(|side| side as f64 * scale);
+        Ok(Some([page[0], page[1], across, down].map(|points| points / 72.0 * 25.4)))
+    }
+
     /// What whoever gets the drawing's file should know: one sentence, if there is something to say.
     pub fn warning(&self, drawing: &Drawing) -> Option<String> {
         let has_paths = !self.format.has_pixels() && self.format.settings.contains(&"style");
@@ -271,6 +291,7 @@ fn fits_on_paper(export: &Export, width: usize, height: usize) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Value;
 
     #[test]
     fn the_table_is_sound() {
@@ -327,5 +348,23 @@ mod tests {
         assert_eq!(error, "suffix is .dxf, but it must be .svg, .svgz or .json");
         let error = load(b"\xff", Format::of_suffix("svg").unwrap(), &Control::new()).unwrap_err().to_string();
         assert_eq!(error, "the file is not text in UTF-8");
+    }
+
+    #[test]
+    fn the_sheet_is_told_in_mm_or_in_pixels() {
+        let sheet = |suffix: &str, settings: &[(&str, &str)]| {
+            let mut export = Export::default();
+            for (name, value) in settings {
+                export.set(name, &Value::Word((*value).to_owned())).unwrap();
+            }
+            Format::of_suffix(suffix).unwrap().writer(export.check().unwrap()).unwrap().sheet(300, 200)
+        };
+        let near = |sides: [f64; 4], expected: [f64; 4]| (0..4).all(|i| (sides[i] - expected[i]).abs() < 1e-9);
+        let on_a4 = sheet("pdf", &[("page", "A4"), ("margin", "10mm")]).unwrap().unwrap();
+        assert!(near(on_a4, [297.0, 210.0, 277.0, 277.0 * 2.0 / 3.0]), "{on_a4:?}");
+        assert!(near(sheet("svg", &[("width", "60mm"), ("margin", "5mm")]).unwrap().unwrap(), [70.0, 50.0, 60.0, 40.0]));
+        assert_eq!(sheet("png", &[("width", "600px"), ("margin", "3px")]).unwrap(), Some([606.0, 406.0, 600.0, 400.0]));
+        assert_eq!(sheet("json", &[]).unwrap(), None);
+        assert!(sheet("svg", &[("page", "A6"), ("margin", "90mm")]).is_err());
     }
 }

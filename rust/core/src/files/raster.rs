@@ -6,10 +6,14 @@
 //! looks, and then painted in bands of rows, in parallel. The bands depend on the width alone, so the raster is
 //! the same for any number of threads, and memory stays at a byte a pixel and a few megabytes a thread.
 //!
+//! A part of the canvas is painted of what is seen of it ([`Window`]): curves outside are one line each, and polygons are cut a little
+//! outside of it. So a look at single dots costs what they do, at any scale.
+//!
 //! What this module does not do: files (the command line and Python write what [`to_png`] and [`encode_png`] return).
 
 use std::borrow::Cow;
 
+use kurbo::{BezPath, PathEl, Point};
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensions, Unit};
 use rayon::prelude::*;
 use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
@@ -38,6 +42,13 @@ const GRID: f64 = 256.0;
 /// Pixels of a band, roughly: 4 bytes each while it is painted. Smaller bands clip more outlines, larger ones leave threads idle.
 const BAND_PIXELS: usize = 1 << 17;
 
+/// Side of the smallest part of a canvas that is painted by itself, in pixels of the canvas: a few dozen units of the grid on which
+/// outlines lie.
+const SMALLEST_PART: f64 = 0.01;
+
+/// What a width may be.
+const SIDES: &str = "between 1 and 65535 pixels";
+
 /// A grey raster: 0 black, 255 white, row-major.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Raster {
@@ -63,10 +74,45 @@ pub fn rasterize(drawing: &Drawing, width: Option<usize>) -> Result<Raster> {
     Ok(Pool::new(None).run(|| rasterize_to(drawing, width, height)))
 }
 
+/// Paints a part of the canvas, given by its left, top, right and bottom in pixels of the canvas, `width` pixels wide and as high as
+/// the part's proportions say (rounded, at least 1). Where the part lies on the pixels of a whole raster at the same scale, it shows
+/// the same.
+///
+/// # Errors
+/// [`Error::Option`] if the part is empty or not on the canvas, and as [`rasterize`] of what is painted.
+///
+/// # Allocations
+/// As [`rasterize`], of what lies in the part.
+pub fn rasterize_part(drawing: &Drawing, part: [f64; 4], width: usize) -> Result<Raster> {
+    let [left, top, right, bottom] = part;
+    let [across, down] = [right - left, bottom - top];
+    // Comparisons that are false for what is no number.
+    let is_on_canvas = left >= 0.0 && top >= 0.0 && right <= drawing.width as f64 && bottom <= drawing.height as f64;
+    if !(is_on_canvas && across >= SMALLEST_PART && down >= SMALLEST_PART) {
+        let [columns, rows] = [drawing.width, drawing.height];
+        let allowed = format!("left, top, right and bottom on the canvas of {columns} x {rows} pixels, {SMALLEST_PART} apart at least");
+        return Err(Error::option("part", format!("({left}, {top}, {right}, {bottom})"), allowed));
+    }
+    if width == 0 || width > MAX_SIDE {
+        return Err(Error::option("width", width, SIDES));
+    }
+    let height = (down * width as f64 / across).round().clamp(1.0, (MAX_SIDE + 1) as f64) as usize;
+    check_size(width, height)?;
+    let scale = [width as f64 / across, height as f64 / down];
+    let window = Window::of(part, scale);
+    Ok(Pool::new(None).run(|| {
+        let levels = flatten(drawing, scale, Some(&window));
+        Raster { width, height, values: paint(&levels, width, height, rows_of_a_band(width)) }
+    }))
+}
+
 fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
-    let levels = flatten(drawing, [width as f64 / drawing.width as f64, height as f64 / drawing.height as f64]);
-    let rows = (BAND_PIXELS / width).clamp(16, 1024);
-    Raster { width, height, values: paint(&levels, width, height, rows) }
+    let levels = flatten(drawing, [width as f64 / drawing.width as f64, height as f64 / drawing.height as f64], None);
+    Raster { width, height, values: paint(&levels, width, height, rows_of_a_band(width)) }
+}
+
+fn rows_of_a_band(width: usize) -> usize {
+    (BAND_PIXELS / width).clamp(16, 1024)
 }
 
 /// The drawing as the bytes of a PNG file, of the size and resolution that the layout says. Without a paper its margins are white,
@@ -204,7 +250,7 @@ fn pack(row: &[u8]) -> impl Iterator<Item = u8> {
 pub fn size(canvas_width: usize, canvas_height: usize, width: Option<usize>) -> Result<(usize, usize)> {
     let width = width.unwrap_or(canvas_width);
     if width == 0 || width > MAX_SIDE {
-        return Err(Error::option("width", width, "between 1 and 65535 pixels"));
+        return Err(Error::option("width", width, SIDES));
     }
     let height = (canvas_height as f64 * width as f64 / canvas_width as f64).round().max(1.0) as usize;
     check_size(width, height)?;
@@ -263,32 +309,127 @@ impl Polygons {
     }
 }
 
-/// All levels, lowest first, at `scale` raster pixels per pixel of the canvas in x and y.
-fn flatten(drawing: &Drawing, scale: [f64; 2]) -> Vec<Flattened> {
+/// What is painted of the canvas, in its pixels: a little more than what is seen, so that the cuts are not.
+struct Window {
+    left: f64,
+    top: f64,
+    right: f64,
+    bottom: f64,
+    /// The upper left corner of what is seen.
+    corner: [f64; 2],
+}
+
+/// Raster pixels around a part in which outlines are cut.
+const AROUND: f64 = 2.0;
+
+impl Window {
+    fn of([left, top, right, bottom]: [f64; 4], scale: [f64; 2]) -> Self {
+        let [across, down] = scale.map(|scale| AROUND / scale);
+        Self { left: left - across, top: top - down, right: right + across, bottom: bottom + down, corner: [left, top] }
+    }
+
+    /// How far a point lies inside of every side.
+    fn insides(&self, [x, y]: [f64; 2]) -> [f64; 4] {
+        [x - self.left, y - self.top, self.right - x, self.bottom - y]
+    }
+
+    /// Whether all points lie outside of one side, and so all lines between them.
+    fn leaves_out(&self, points: &[[f64; 2]]) -> bool {
+        let all = points.iter().map(|point| self.insides(*point));
+        let inmost = all.fold([f64::NEG_INFINITY; 4], |most, each| std::array::from_fn(|side| most[side].max(each[side])));
+        inmost.into_iter().any(|inside| inside < 0.0)
+    }
+
+    /// A path as a polygon, its curves flattened where they may be seen.
+    fn flatten(&self, path: &BezPath, tolerance: f64, points: &mut Vec<[f64; 2]>) {
+        let mut last = Point::ZERO;
+        for element in path.iter() {
+            let controls: &[Point] = match &element {
+                PathEl::CurveTo(a, b, c) => &[last, *a, *b, *c],
+                PathEl::QuadTo(a, b) => &[last, *a, *b],
+                _ => &[],
+            };
+            let controls: Vec<[f64; 2]> = controls.iter().map(|point| [point.x, point.y]).collect();
+            if controls.is_empty() || self.leaves_out(&controls) {
+                points.extend(element.end_point().map(|p| [p.x, p.y]));
+            } else {
+                let mut skipped = 0;
+                kurbo::flatten([PathEl::MoveTo(last), element], tolerance, |piece| {
+                    // The first is where the last curve has ended.
+                    points.extend(piece.end_point().filter(|_| skipped > 0).map(|p| [p.x, p.y]));
+                    skipped += 1;
+                });
+            }
+            last = element.end_point().unwrap_or(last);
+        }
+    }
+
+    /// What of a polygon lies in the window, as one polygon whose edges may run along the window's (Sutherland and Hodgman 1974).
+    fn cut(&self, polygon: &mut Vec<[f64; 2]>) {
+        for side in 0..4 {
+            if polygon.iter().all(|point| self.insides(*point)[side] >= 0.0) {
+                continue;
+            }
+            let mut kept = Vec::with_capacity(polygon.len());
+            for (i, point) in polygon.iter().enumerate() {
+                let before = polygon[if i == 0 { polygon.len() - 1 } else { i - 1 }];
+                let [from, to] = [self.insides(before)[side], self.insides(*point)[side]];
+                if (from < 0.0) != (to < 0.0) {
+                    let share = from / (from - to);
+                    kept.push([0, 1].map(|axis| before[axis] + share * (point[axis] - before[axis])));
+                }
+                if to >= 0.0 {
+                    kept.push(*point);
+                }
+            }
+            *polygon = kept;
+        }
+    }
+}
+
+/// All levels, lowest first, at `scale` raster pixels per pixel of the canvas in x and y; what is seen in a window alone, from its
+/// corner on, or the whole canvas.
+fn flatten(drawing: &Drawing, scale: [f64; 2], window: Option<&Window>) -> Vec<Flattened> {
     let flatten_level = |level: crate::drawing::Level| Flattened {
         ink: level.ink,
-        batches: level.marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks)).collect(),
+        batches: level.marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window)).collect(),
     };
     drawing.levels().into_iter().map(flatten_level).collect()
 }
 
-fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark]) -> Polygons {
+fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark], window: Option<&Window>) -> Polygons {
     let larger = scale[0].max(scale[1]);
     let mut polygons = Polygons { points: Vec::new(), outlines: Vec::with_capacity(marks.len()) };
     let mut points = Vec::new();
     for mark in marks {
+        points.clear();
         match *mark {
             Mark::Stipple(i) => {
-                polygons.push(scale, drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger).into_iter());
+                let stipple = &drawing.stipples[i as usize];
+                let [low, high] = [-1.0, 1.0].map(|sign| [stipple.x + sign * stipple.radius, stipple.y + sign * stipple.radius]);
+                if window.is_none_or(|window| !window.leaves_out(&[low, high])) {
+                    points = drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger);
+                }
             }
             Mark::Region(i) => {
-                points.clear();
                 let path = drawing.ring_path(&drawing.regions[i as usize].exterior);
-                kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
-                    points.extend(element.end_point().map(|p| [p.x, p.y]));
-                });
-                polygons.push(scale, points.drain(..));
+                if let Some(window) = window {
+                    window.flatten(&path, CURVE_TOLERANCE / larger, &mut points);
+                } else {
+                    kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
+                        points.extend(element.end_point().map(|p| [p.x, p.y]));
+                    });
+                }
             }
+        }
+        if let Some(window) = window {
+            window.cut(&mut points);
+            let corner = window.corner;
+            points.iter_mut().for_each(|point| *point = [point[0] - corner[0], point[1] - corner[1]]);
+        }
+        // What is not seen, and what has no area.
+        if points.len() > 2 {
+            polygons.push(scale, points.drain(..));
         }
     }
     polygons
@@ -421,7 +562,7 @@ mod tests {
         let mut drawing = samples::field_of_blobs(300);
         drawing.curves[17] = samples::blob([150.0, 150.0], 90.0, 40);
         let scale = [1.7, 1.7];
-        let levels = flatten(&drawing, scale);
+        let levels = flatten(&drawing, scale, None);
         let (width, height) = (490, 490);
         let whole = paint(&levels, width, height, height);
         for rows in [1, 7, 64] {
@@ -434,6 +575,54 @@ mod tests {
         let threads = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
         let one = threads(1).install(|| rasterize(&drawing, Some(2000)).unwrap());
         assert!(one == threads(3).install(|| rasterize(&drawing, Some(2000)).unwrap()));
+    }
+
+    #[test]
+    fn a_part_is_a_cutout_of_the_whole() {
+        let mut drawing = samples::field_of_blobs(300);
+        drawing.curves[17] = samples::blob([150.0, 150.0], 90.0, 40);
+        let [width, height] = [drawing.width, drawing.height];
+        for scale in [1usize, 3, 8] {
+            let whole = rasterize(&drawing, Some(width * scale)).unwrap();
+            for part in [[0, 0, width, height], [40, 60, 130, 101], [149, 150, 150, 152], [width - 7, height - 5, width, height]] {
+                let [left, top, right, bottom] = part;
+                let columns = (right - left) * scale;
+                let painted = rasterize_part(&drawing, part.map(|side| side as f64), columns).unwrap();
+                assert_eq!([painted.width, painted.height], [columns, (bottom - top) * scale]);
+                let cut = |row: usize| {
+                    let begin = (top * scale + row) * whole.width + left * scale;
+                    &whole.values[begin..begin + columns]
+                };
+                let of_both = painted.values.chunks(columns).enumerate().flat_map(|(row, values)| values.iter().zip(cut(row)));
+                let differences: Vec<u8> = of_both.map(|(a, b)| a.abs_diff(*b)).filter(|d| *d > 0).collect();
+                assert!(differences.iter().all(|d| *d <= 16), "more than one of tiny-skia's 16 samples");
+                assert!(differences.len() <= painted.values.len() / 100, "{part:?} at {scale}: {}", differences.len());
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_dot_is_sharp_at_every_scale() {
+        let drawing = samples::drawing(60_000, 4, vec![], &[(50_000.0, 2.0, 1.0, 1)]);
+        // A thousand pixels a pixel: the right end of the dot, and nothing beside it.
+        let seen = rasterize_part(&drawing, [50_000.5, 1.5, 50_001.5, 2.5], 1000).unwrap();
+        let row = &seen.values[500 * 1000..501 * 1000];
+        let black = row.iter().filter(|v| **v < 128).count();
+        assert!((498..=502).contains(&black) && row[0] == 0 && row[999] == 255, "{black}");
+    }
+
+    #[test]
+    fn a_part_lies_on_the_canvas() {
+        let drawing = samples::nested();
+        let told = |part, width| rasterize_part(&drawing, part, width).map(|_| ()).map_err(|error| error.to_string());
+        let nan = f64::NAN;
+        for part in [[0.0, 0.0, 65.0, 48.0], [-1.0, 0.0, 3.0, 3.0], [3.0, 3.0, 3.0, 9.0], [9.0, 3.0, 2.0, 9.0], [nan, 0.0, 1.0, 1.0]] {
+            let sentence = told(part, 10).unwrap_err();
+            assert!(sentence.starts_with("part is (") && sentence.contains("on the canvas of 64 x 48 pixels"), "{sentence}");
+        }
+        assert_eq!(told([0.0, 0.0, 9.0, 9.0], 0).unwrap_err(), "width is 0, but it must be between 1 and 65535 pixels");
+        assert!(told([0.0, 0.0, 0.01, 48.0], 100).unwrap_err().starts_with("the raster would be 100 x 65536 pixels"));
+        assert_eq!(told([0.0, 0.0, 64.0, 48.0], 7), Ok(()));
     }
 
     #[test]

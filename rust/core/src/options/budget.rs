@@ -74,6 +74,21 @@ impl Options {
         (2..=width.min(height)).take_while(|factor| leaves_enough(*factor)).last().unwrap_or(1)
     }
 
+    /// How many nodes a drawing on a canvas of `pixels` pixels may come to have: its budget, and without one all lattice nodes.
+    pub fn most_nodes(&self, pixels: f64) -> f64 {
+        let budget = self.budget(pixels);
+        budget.nodes.unwrap_or(budget.density * pixels).max(LEAST_NODES)
+    }
+
+    /// The same drawing asked for more coarsely, where it may have more than so many nodes on a canvas of `pixels` pixels.
+    pub fn with_at_most(&self, nodes: u64, pixels: f64) -> Cow<'_, Self> {
+        if self.most_nodes(pixels) <= nodes as f64 {
+            return Cow::Borrowed(self);
+        }
+        let published = Published { density: None, ..self.published };
+        Cow::Owned(Self { nodes: Some(nodes), nodes_per_pixel: None, fineness: 1.0, published, ..self.clone() })
+    }
+
     /// The same drawing asked for on a raster that is reduced by a whole factor, of a canvas of `pixels` pixels: nodes as on the canvas,
     /// and in the raster's pixels what the stages up to the labels measure in pixels. Outlines are made on the canvas.
     pub(crate) fn on_raster(&self, pixels: f64, factor: usize) -> Cow<'_, Self> {
@@ -168,5 +183,24 @@ mod tests {
         assert_eq!(made.tolerance, 0.3);
         assert!(matches!(sparse.on_raster(pixels, 1), Cow::Borrowed(_)));
         assert_eq!(of(&Options { published, ..Options::default() }).nodes, None);
+    }
+
+    #[test]
+    fn a_coarse_drawing_has_at_most_so_many_nodes() {
+        let pixels = 2e6;
+        let published = Published { density: Some(2.0), ..Published::default() };
+        for options in [
+            Options::default(),
+            Options { fineness: 4.0, ..Options::default() },
+            Options { nodes_per_pixel: Some(0.1), ..Options::default() },
+            Options { nodes: Some(70_000), published, ..Options::default() },
+            Options { published, ..Options::default() },
+        ] {
+            let coarse = options.with_at_most(40_000, pixels);
+            assert_eq!(coarse.most_nodes(pixels), 40_000.0);
+            assert_eq!(coarse.clone().into_owned().check().unwrap().nodes, Some(40_000));
+            assert_eq!(*options.with_at_most(10_000_000, pixels), options);
+        }
+        assert_eq!(Options { published, ..Options::default() }.most_nodes(pixels), 4e6);
     }
 }

@@ -1,0 +1,169 @@
+"""``graphstipple studio``: the studio's server, and a browser that opens it.
+
+In: arguments; out: the exit code. What goes wrong is one sentence on standard error, as with drawings: 1 failed, 2 wrong usage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import tempfile
+import threading
+import webbrowser
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from graphstipple import _core
+from graphstipple._errors import GraphStippleError, MissingPackageError
+from graphstipple._inputs import MAX_PIXELS, path_to_read
+from graphstipple.options import Options
+
+if TYPE_CHECKING:
+    import uvicorn
+
+FAILURE, USAGE = 1, 2
+"""Exit codes."""
+
+PORT = 8765
+"""The port where no other is asked for: always the same, so that a page finds a studio that was started anew."""
+
+MOST_PORTS = 65535
+
+
+class _Parser(argparse.ArgumentParser):
+    """Arguments, told in one sentence where they are wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with what is wrong."""
+        _tell("error", f"{message} (see {self.prog} --help)")
+        sys.exit(USAGE)
+
+
+def main(arguments: list[str]) -> int:
+    """Run the command and return its exit code: 0 when Ctrl-C has stopped it."""
+    given = _parser().parse_args(arguments)
+    try:
+        return _run(given.photo, given.port, browse=given.browser)
+    except GraphStippleError as error:
+        _tell("error", str(error))
+        return FAILURE
+
+
+def _parser() -> _Parser:
+    parser = _Parser(
+        prog="graphstipple studio",
+        description="Opens a page in the browser on which options are turned and the drawing is seen. It is served on this "
+        "machine, to this user alone, until Ctrl-C.",
+    )
+    parser.add_argument("photo", nargs="?", metavar="PHOTO", help="image to begin with; others can be dropped on the page")
+    parser.add_argument("--port", type=_port, default=PORT, metavar="N", help="port to serve on, 0 for any [default %(default)s]")
+    parser.add_argument(
+        "--no-browser", dest="browser", action="store_false", help="open no browser, only print the address to open"
+    )
+    return parser
+
+
+def _port(text: str) -> int:
+    if not (text.isascii() and text.isdecimal() and int(text) <= MOST_PORTS):
+        raise argparse.ArgumentTypeError(f"it is {text}, but it must be a whole number between 0 and {MOST_PORTS}")
+    return int(text)
+
+
+def _run(photo: str | None, port: int, *, browse: bool) -> int:
+    try:
+        from graphstipple.studio import server  # noqa: PLC0415  # its packages may be missing
+    except ImportError as error:
+        raise MissingPackageError(
+            f"the studio needs packages that are not installed ({error}): pip install graphstipple[studio]"
+        ) from error
+    begun = None if photo is None else (photo, _file(photo))
+    listener = server.listen(port)
+    studio = server.Studio(listener.getsockname()[1], begun)
+    running = server.serve(studio, listener)
+    # One line at once, also where it goes into a file: whoever started this waits for it.
+    print(f"The studio is at {studio.address} (Ctrl-C stops it)", flush=True)  # noqa: T201  # it is what was asked for
+    with _stopping(running), _browser(studio.address) if browse else contextlib.nullcontext():
+        running.run(sockets=[listener])
+    return 0
+
+
+def _file(photo: str) -> bytes:
+    """Return the bytes of an image file that can be read.
+
+    Raises
+    ------
+    ImageFileError
+        If it cannot.
+    """
+    options = Options()._checked
+    _, warning, _ = _core.read_photo(path_to_read(photo), _core.Reading(options.background, options, MAX_PIXELS, False))
+    if warning:
+        _tell("warning", warning)
+    return Path(photo).read_bytes()
+
+
+@contextlib.contextmanager
+def _stopping(running: uvicorn.Server) -> Iterator[None]:
+    """Let signals end the server."""
+
+    def stop(number: int, frame: object) -> None:
+        # The second time nobody wants to wait.
+        running.force_exit = running.should_exit
+        running.should_exit = True
+
+    signals = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+    # What is ignored, as SIGHUP is by nohup, stays so.
+    before = {number: signal.signal(number, stop) for number in signals if signal.getsignal(number) != signal.SIG_IGN}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def _browser(address: str) -> Iterator[None]:
+    """Open the address in a browser, through a file that only the user can read: arguments of programs everybody can."""
+    if not _has_display():
+        _tell("warning", "there is no display to open a browser on: open the address yourself, or say --no-browser")
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="graphstipple-studio-") as folder:
+        page = Path(folder) / "open.html"
+        page.touch(mode=0o600)
+        with page.open("w", encoding="utf-8") as file:
+            target = escape(address, quote=True)
+            file.write('<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">')
+            file.write(
+                f'<meta http-equiv="refresh" content="0; url={target}"><title>graphstipple</title><a href="{target}">go on</a>\n'
+            )
+        # Some browsers are waited for.
+        threading.Thread(target=_open, args=(page.as_uri(),), daemon=True).start()
+        yield
+
+
+def _has_display() -> bool:
+    """Whether a browser has somewhere to show itself; one that the user names may need nothing."""
+    windows = not sys.platform.startswith(("linux", "freebsd", "openbsd", "netbsd"))
+    return windows or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+
+
+def _open(page: str) -> None:
+    try:
+        opened = webbrowser.open(page)
+    except (webbrowser.Error, OSError):
+        opened = False
+    if not opened:
+        _tell("warning", "no browser was found: open the address yourself, or say --no-browser")
+
+
+def _tell(kind: str, sentence: str) -> None:
+    """Say something in one line on standard error, if anybody is there."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        sys.stderr.write(f"graphstipple: {kind}: {' '.join(sentence.split())}\n")
+        sys.stderr.flush()
