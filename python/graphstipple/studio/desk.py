@@ -236,11 +236,11 @@ class Desk:
                 raise InvalidInputError(f"a message is of type {type(message).__name__}, but it must be a table")
             self._take(message, data)
         except InvalidInputError as error:
-            kind = message.get("type") if isinstance(message, dict) else None
-            self._refuse(str(kind) if kind in _KINDS else "message", error, _id(message))
+            kind = str(message.get("type")) if isinstance(message, dict) else ""
+            self._refuse(_KINDS.get(kind, "message"), error, _id(message))
 
     def _take(self, message: dict[str, Any], data: bytes | None) -> None:
-        kind = message.get("type")
+        kind = str(message.get("type"))
         if kind == "hello":
             self.greet()
             return
@@ -520,7 +520,7 @@ class Desk:
 
     def _refuse(self, of: str, error: Exception, number: int | None) -> None:
         sentence = str(error) if isinstance(error, GraphStippleError) else f"internal error, please report it: {error!r}"
-        self.send({"type": "refused", "of": _KINDS.get(of, of), "id": number, "sentence": sentence}, None)
+        self.send({"type": "refused", "of": of, "id": number, "sentence": sentence}, None)
 
 
 _KINDS = {"draw": "draw", "view": "view", "save": "save", "open": "photo", "example": "photo", "importance": "importance"}
