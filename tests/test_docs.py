@@ -27,6 +27,7 @@ NOT_RUN = {
     "pip install ": "asks the package index",
     "python -m graphstipple.metrics fetch": "downloads weights; tests/test_metrics.py fetches them",
     "python3.13 tools/lock.py ": "asks the package index",
+    "graphstipple studio ": "serves until it is stopped; tests/test_studio_page.py does what a user does",
     "cargo ": "builds; `make test` and `make lint` do",
     ".venv/bin/": "measures or compares for minutes; tests/test_benches.py and tests/test_evaluation.py run it on tiny photos",
     "GRAPHSTIPPLE_UPDATE_GOLDEN=1 ": "writes the golden files anew",

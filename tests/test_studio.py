@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import shlex
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,13 +16,12 @@ import skimage.data
 from numpy.typing import NDArray
 from PIL import Image
 from tests import commands, support
+from tests.studio import CONSOLE_SCRIPT
 
 import graphstipple as gs
 from graphstipple import _core
 from graphstipple.studio.desk import QUICK, SMALL, Budget, Desk
 from graphstipple.studio.look import FORMATS, SETTINGS, Look
-
-CONSOLE_SCRIPT = Path(sys.executable).with_name("graphstipple")
 
 
 class Paper:

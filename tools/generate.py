@@ -268,6 +268,9 @@ def command_line_page() -> str:
     sections = []
     for group in groups:
         head, _, lines = group.partition("\n")
+        if not lines:
+            # Where else to look, which the page says in its own words.
+            continue
         fence = "sh" if head == "Examples:" else "text"
         text = "\n".join(line.rstrip() for line in textwrap.dedent(lines).splitlines())
         sections.append(f"## {head.removesuffix(':')}\n\n```{fence}\n{text}\n```\n")
@@ -283,7 +286,7 @@ Made by `tools/generate.py` of what `graphstipple --help-all` prints.
 
 `graphstipple --help` shows what people turn. [options.md](options.md) has the same options with the stages that use them and the
 paper's values, [errors.md](errors.md#on-the-command-line) the exit codes, [shell.md](howto/shell.md) pipes, the manual page and
-completions.
+completions, [studio.md](howto/studio.md) `graphstipple studio`.
 
 {chr(10).join(sections)}"""
 

@@ -1,8 +1,8 @@
 """Write requirements-dev.lock: the newest development environment for every Python that is supported.
 
 Run as ``python tools/lock.py python3.10 python3.11 python3.12 python3.13`` (Python 3.11 or newer; the interpreters, oldest first,
-need pip). Every interpreter's pip is asked what it would install for the project's own and its ``dev`` dependencies; where the
-answers differ, markers say which Python gets which version, and the newest one's answer holds for newer Pythons too.
+need pip). Every interpreter's pip is asked what it would install for the project's own dependencies, for ``studio`` and for ``dev``;
+where the answers differ, markers say which Python gets which version, and the newest one's answer holds for newer Pythons too.
 """
 
 import json
@@ -53,7 +53,8 @@ def lines(resolved: list[tuple[str, dict[str, str]]]) -> list[str]:
 def main() -> None:
     """Ask every interpreter named on the command line and write the file."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    requirements = project["dependencies"] + project["optional-dependencies"]["dev"]
+    extras = project["optional-dependencies"]
+    requirements = project["dependencies"] + extras["studio"] + extras["dev"]
     resolved = [resolve(python, requirements) for python in sys.argv[1:]]
     (ROOT / "requirements-dev.lock").write_text(HEAD + "\n".join(lines(resolved)) + "\n")
 

@@ -14,15 +14,17 @@ from graphstipple.options import Options
 from graphstipple.studio.desk import Budget, Desk
 from graphstipple.studio.memory import MOST_UPLOADED, half_of_the_memory
 
+MISSING: ImportError | None = None
+"""Why there are no widgets, if there are none."""
+
 if TYPE_CHECKING:
     from anywidget import AnyWidget
 else:
     try:
         from anywidget import AnyWidget
     except ImportError as error:
-        raise MissingPackageError(
-            f"the studio needs the package anywidget in a notebook ({error}): pip install graphstipple[studio]"
-        ) from error
+        # The name is there all the same, for `from graphstipple import *`.
+        AnyWidget, MISSING = object, error
 
 PAGE = Path(__file__).parent / "page"
 
@@ -54,6 +56,9 @@ class Studio(AnyWidget):
     """
 
     def __init__(self, image: ImageLike | None = None) -> None:
+        if MISSING is not None:
+            way_out = "pip install graphstipple[studio]"
+            raise MissingPackageError(f"the studio needs the package anywidget in a notebook ({MISSING}): {way_out}") from MISSING
         photo = None if image is None else (_name(image), image)
         self._desk = Desk(self._from_desk, photo, Budget(half_of_the_memory(), MOST_UPLOADED))
         super().__init__(_esm=_joined("widget.js"), _css=(PAGE / "studio.css").read_text(encoding="utf-8"))

@@ -41,7 +41,7 @@ MOST_PAGES = 8
 MOST_SAID = 1 << 20
 """Bytes of a message on the socket."""
 
-PATIENCE = 10.0
+PATIENCE = 5.0
 """Seconds that a request, or the next part of an upload, may take to come."""
 
 MOST_SECONDS = 300.0
@@ -178,7 +178,9 @@ class Studio:
             Route("/{name}", self._file),
             WebSocketRoute("/socket", self._socket),
         ]
-        self.guard = Guard(Starlette(routes=routes, lifespan=self._life), port)
+        application = Starlette(routes=routes, lifespan=self._life)
+        application.router.redirect_slashes = False
+        self.guard = Guard(application, port)
         self.address = f"http://127.0.0.1:{port}/?token={self.guard.token}"
 
     @contextlib.asynccontextmanager

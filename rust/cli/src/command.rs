@@ -22,8 +22,7 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   graphstipple photo.jpg -o drawing.svg
   graphstipple photo.jpg -o drawing.pdf --preset portrait --page A4
-  graphstipple photo.jpg -o drawing.svg --nodes 100000 --preview preview.png
-  graphstipple studio photo.jpg                      # turns options in the browser";
+  graphstipple photo.jpg -o drawing.svg --nodes 100000 --preview preview.png";
 
 /// The options that most people begin with, above all others in the help.
 const FIRST: [&str; 5] = ["output", "preset", "nodes", "width", "preview"];
@@ -82,9 +81,8 @@ pub(crate) fn command(with_all: bool) -> Command {
         let argument = first.iter().find(|argument| argument.get_id() == name).cloned();
         command = command.args(argument.map(|argument| argument.help_heading(FIRST_HEADING)));
     }
-    if !with_all {
-        command = command.after_help("More options, for those who want to know exactly: --help-all");
-    }
+    let more = if with_all { "" } else { "More options, for those who want to know exactly: --help-all\n" };
+    command = command.after_help(format!("{more}To turn options in the browser: graphstipple {STUDIO} photo.jpg (with Python)"));
     command.args(others)
 }
 

@@ -1,0 +1,6 @@
+// The page of the studio's server. In: the page's address. Out: the studio in <main>, with a socket to the server that sent this page.
+
+import { openSocket } from "./socket.js";
+import { mount } from "./studio.js";
+
+mount(document.getElementById("studio"), openSocket());
