@@ -318,6 +318,7 @@ BY_NAME = {
             *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "session", "stages", "watch")),
         )
     },
+    ("threads", "python/graphstipple/studio/desk.py"): "a page may not have more work than there are processors",
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
     ("density", "python/graphstipple/_core.pyi"): "an argument of a stage",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import shlex
+import subprocess
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -135,9 +136,19 @@ def test_names_that_look_like_something_else() -> None:
     look = Look.of({})
     assert shlex.split(look.as_command("-rf.png"))[1:4] == ["./-rf.png", "-o", "./-rf-drawing.svg"]
     assert shlex.split(look.as_command("studio"))[1] == "./studio"
-    hostile = 'a "b" $(c)\n\\.jpg'
-    assert shlex.split(look.as_command(hostile))[1] == hostile
+    hostile = 'a "b" $(c)\'\n\x1b\x03\\.jpg'
+    assert (
+        shlex.split(look.as_command(hostile.replace("\n", "").replace("\x1b", "").replace("\x03", "")))[1] == 'a "b" $(c)\'\\.jpg'
+    )
+    # What is pasted into a terminal does nothing by itself, and means the same.
+    copied = look.as_command(hostile)
+    assert copied.isprintable()
+    shown = subprocess.run(
+        ["bash", "-c", copied.replace("graphstipple", "printf %s", 1)], capture_output=True, text=True, check=True
+    )
+    assert shown.stdout.startswith(f"{hostile}-o")
     lines: dict[str, Any] = {}
+    assert all(line.isprintable() for line in look.as_python(hostile).splitlines())
     source = look.as_python(hostile).replace("gs.draw", "taken").replace("import graphstipple as gs", "")
     exec(source.partition("\ndrawing.save")[0], {"taken": lambda path: lines.setdefault("path", path)})
     assert lines["path"] == hostile
@@ -337,12 +348,12 @@ def test_photos_that_browsers_do_not_show_are_shown_in_grey(room: Room) -> None:
 
 
 def test_memory_is_shared_and_given_back(small: NDArray[np.uint8], room: Room) -> None:
-    budget = Budget(12_000_000, 1 << 20)
+    budget = Budget(18_000_000, 1 << 20)
     desk = room.begin(("face.png", file_of(small)), budget)
     room.paper.wait("photo")
     desk.receive({"type": "draw", "id": 1, "look": {"options": {"nodes": 40_000}}})
     sentence = room.paper.wait("refused", of="draw", id=1)[0]["sentence"]
-    assert sentence.startswith("this would take 16 MB of memory, but the studio has 12 MB left for it")
+    assert sentence.startswith("this would take 24 MB of memory, but the studio has 18 MB left for it")
     desk.receive({"type": "draw", "id": 2, "look": {"options": {"nodes": 20_000}}})
     room.paper.wait("drawn", id=2)
     other = Paper()

@@ -384,7 +384,8 @@ def test_without_its_packages_it_says_what_to_install(tmp_path: Path) -> None:
     result = subprocess.run(command, env=environment, capture_output=True, timeout=60, check=False)
     commands.assert_one_sentence(result, commands.FAILURE)
     assert b"(No module named uvicorn): pip install graphstipple[studio]" in result.stderr
-    code = "import graphstipple as gs\nfrom graphstipple import *\ntry: gs.Studio()\nexcept gs.MissingPackageError as error: print(error)"
+    code = "import graphstipple as gs\nfrom graphstipple import *\n"
+    code += "try: gs.Studio()\nexcept gs.MissingPackageError as error: print(error)"
     result = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, timeout=60, check=True)
     assert b"pip install graphstipple[studio]" in result.stdout
 

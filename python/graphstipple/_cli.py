@@ -16,9 +16,13 @@ BY_SIGNAL = 128
 def main() -> int:
     """Run the command line on the program's arguments and return its exit code."""
     if sys.argv[1:2] == ["studio"]:
-        from graphstipple.studio import command  # noqa: PLC0415  # a drawing does not need it
+        try:
+            from graphstipple.studio import command  # noqa: PLC0415  # a drawing does not need it
 
-        return command.main(sys.argv[2:])
+            return command.main(sys.argv[2:])
+        except KeyboardInterrupt:
+            # Before it serves; then Ctrl-C is its usual end.
+            return BY_SIGNAL + signal.SIGINT
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         # What is ignored, as SIGHUP is by nohup, stays so.

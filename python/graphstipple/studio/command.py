@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from graphstipple import _core
-from graphstipple._errors import GraphStippleError, MissingPackageError
+from graphstipple._errors import GraphStippleError, ImageFileError, MissingPackageError
 from graphstipple._inputs import MAX_PIXELS, path_to_read
 from graphstipple.options import Options
 
@@ -33,6 +33,9 @@ PORT = 8765
 """The port where no other is asked for: always the same, so that a page finds a studio that was started anew."""
 
 MOST_PORTS = 65535
+
+MOST_BYTES = 1 << 30
+"""Bytes of the photo that is begun with: it is kept."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -85,26 +88,51 @@ def _run(photo: str | None, port: int, *, browse: bool) -> int:
     listener = server.listen(port)
     studio = server.Studio(listener.getsockname()[1], begun)
     running = server.serve(studio, listener)
-    # One line at once, also where it goes into a file: whoever started this waits for it.
-    print(f"The studio is at {studio.address} (Ctrl-C stops it)", flush=True)  # noqa: T201  # it is what was asked for
+    _print(f"The studio is at {studio.address} (Ctrl-C stops it)")
     with _stopping(running), _browser(studio.address) if browse else contextlib.nullcontext():
         running.run(sockets=[listener])
     return 0
 
 
+def _print(line: str) -> None:
+    """Print a line at once, also where it goes into a file: whoever started this waits for it.
+
+    Raises
+    ------
+    GraphStippleError
+        If it cannot be printed.
+    """
+    try:
+        print(line, flush=True)  # noqa: T201  # it is what was asked for
+    except OSError as error:
+        # What is left of the line is not tried again at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise GraphStippleError(f"the address cannot be printed ({(error.strerror or str(error)).lower()})") from error
+
+
 def _file(photo: str) -> bytes:
-    """Return the bytes of an image file that can be read.
+    """Return the bytes of an image file that can be read; of a pipe too, which can be read once.
 
     Raises
     ------
     ImageFileError
         If it cannot.
     """
-    options = Options()._checked
-    _, warning, _ = _core.read_photo(path_to_read(photo), _core.Reading(options.background, options, MAX_PIXELS, False))
+    path, options = path_to_read(photo), Options()._checked
+    reading = _core.Reading(options.background, options, MAX_PIXELS, False)
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError:
+        # The core says what is wrong.
+        _core.read_photo(path, reading)
+        raise
+    if len(data) > MOST_BYTES:
+        raise ImageFileError(f"{photo}: the file is too large: at most {MOST_BYTES >> 30} GiB are read")
+    _, warning, _ = _core.read_photo(path, reading, data)
     if warning:
         _tell("warning", warning)
-    return Path(photo).read_bytes()
+    return data
 
 
 @contextlib.contextmanager
@@ -133,18 +161,28 @@ def _browser(address: str) -> Iterator[None]:
         _tell("warning", "there is no display to open a browser on: open the address yourself, or say --no-browser")
         yield
         return
-    with tempfile.TemporaryDirectory(prefix="graphstipple-studio-") as folder:
-        page = Path(folder) / "open.html"
-        page.touch(mode=0o600)
-        with page.open("w", encoding="utf-8") as file:
-            target = escape(address, quote=True)
-            file.write('<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">')
-            file.write(
-                f'<meta http-equiv="refresh" content="0; url={target}"><title>graphstipple</title><a href="{target}">go on</a>\n'
+    with contextlib.ExitStack() as stack:
+        try:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="graphstipple-studio-"))
+            page = Path(folder) / "open.html"
+            page.touch(mode=0o600)
+            page.write_text(_redirect(address), encoding="utf-8")
+        except OSError as error:
+            told = (error.strerror or str(error)).lower()
+            _tell(
+                "warning", f"no browser is opened, since there is no place for a temporary file ({told}): open the address yourself"
             )
-        # Some browsers are waited for.
-        threading.Thread(target=_open, args=(page.as_uri(),), daemon=True).start()
+        else:
+            # Some browsers are waited for.
+            threading.Thread(target=_open, args=(page.as_uri(),), daemon=True).start()
         yield
+
+
+def _redirect(address: str) -> str:
+    """Return a page that leads to the address."""
+    target = escape(address, quote=True)
+    head = '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>graphstipple</title>'
+    return f'{head}<meta http-equiv="refresh" content="0; url={target}"><a href="{target}">go on</a>\n'
 
 
 def _has_display() -> bool:

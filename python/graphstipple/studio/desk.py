@@ -10,6 +10,7 @@ What a desk does not do: carry messages (`server` and `notebook` do), and open f
 from __future__ import annotations
 
 import io
+import os
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -67,8 +68,14 @@ STEP_OF_PROGRESS = 0.05
 EXAMPLE = Path(__file__).parent / "page" / "example.jpg"
 """A photo to begin with: NASA's of Eileen Collins, in the public domain."""
 
-BYTES_A_NODE, BYTES_A_PIXEL = 400, 24
-"""What a session and the drawing that is being made take at most: docs/performance.md, and a small version beside it."""
+BYTES_A_NODE, BYTES_A_PIXEL = 600, 24
+"""What a session, the drawing that is seen and one that is being made take at most, beside docs/performance.md: 570 and 20."""
+
+MOST_SAVES = 8
+"""Files that wait to be made."""
+
+MOST_MEASURED = 50_000_000
+"""Pixels of a file whose size is told beforehand: it is written for that, in a second or so."""
 
 SHOWN_BY_BROWSERS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 """First bytes of files that every browser shows as they are."""
@@ -190,7 +197,7 @@ class Desk:
         self._photo_wanted: tuple[str, Any] | None = photo
         self._wanted: _Wanted | None = None
         self._view_wanted = False
-        self._saves: deque[tuple[int, object]] = deque()
+        self._saves: deque[tuple[int, Look]] = deque()
         self._map_wanted = False
         self._photo_shown = True
         self._presets: deque[str] = deque()
@@ -209,7 +216,6 @@ class Desk:
         with self._changed:
             self._closed = True
             self._changed.notify()
-        self._budget.give_back(self)
 
     def join(self, timeout: float) -> None:
         """Wait until the thread has ended."""
@@ -235,7 +241,8 @@ class Desk:
             if not isinstance(message, dict):
                 raise InvalidInputError(f"a message is of type {type(message).__name__}, but it must be a table")
             self._take(message, data)
-        except InvalidInputError as error:
+        except Exception as error:
+            # Whatever it is, the page is told, and the next message is taken.
             kind = str(message.get("type")) if isinstance(message, dict) else ""
             self._refuse(_KINDS.get(kind, "message"), error, _id(message))
 
@@ -252,7 +259,9 @@ class Desk:
                 self._view = _view(message)
                 self._view_wanted = True
             elif kind == "save":
-                self._saves.append((number, message.get("look")))
+                if len(self._saves) >= MOST_SAVES:
+                    raise InvalidInputError(f"{MOST_SAVES} files are being made already: wait until one has come")
+                self._saves.append((number, self._look(message.get("look"))))
             elif kind == "saliency":
                 self._map_wanted = True
             elif kind == "example":
@@ -271,7 +280,8 @@ class Desk:
         if kind == "open":
             name = message.get("name")
             # A name for messages and for the file that is saved: what leads elsewhere is cut off.
-            self._photo_wanted = (PurePath(str(name).replace("\\", "/")).name[:200] or "photo", data)
+            plain = "".join(it if it.isprintable() else "_" for it in str(name).replace("\\", "/"))
+            self._photo_wanted = (PurePath(plain).name[:200] or "photo", data)
         else:
             self._map = data
             self._maps += 1
@@ -299,12 +309,13 @@ class Desk:
                 pass
             except MemoryError:
                 self._refuse("draw", GraphStippleError("there is not enough memory for this drawing"), None)
-            except Exception as error:
-                # Whatever it is, the page is told, and the desk goes on.
+            except BaseException as error:
+                # Whatever it is, a panic in Rust too, the page is told, and the desk goes on.
                 self._refuse("draw", error, None)
         # Nothing is kept for a page that has gone.
         self._sessions.clear()
-        self._photo = self._drawn = self.seen = self._map = None
+        self._photo = self._drawn = self.seen = self._map = self._to_measure = None
+        self._budget.give_back(self)
 
     def _is_wanted(self) -> bool:
         is_shown = self._photo_shown and not self._view_wanted and not self._map_wanted
@@ -316,14 +327,12 @@ class Desk:
         job: Callable[[], object]
         if self._photo_wanted:
             (name, data), self._photo_wanted = self._photo_wanted, None
-            job = partial(self._open, name, data)
+            job = partial(self._open, name, data, self._saves_left())
         elif photo is None:
             # Nothing can be drawn yet; a page says again what it wants when there is a photo.
             self._wanted, self._view_wanted, self._map_wanted, self._photo_shown = None, False, False, True
             self._presets.clear()
-            numbers = [number for number, _ in self._saves]
-            self._saves.clear()
-            job = partial(self._refuse_to_save, numbers)
+            job = partial(self._refuse_to_save, self._saves_left(), "there is no photo yet: open one")
         elif not self._photo_shown:
             self._photo_shown = True
             job = partial(self._show_photo, photo)
@@ -342,16 +351,23 @@ class Desk:
             job = partial(self._show_preset, photo, self._presets.popleft())
         return job
 
-    def _refuse_to_save(self, numbers: list[int]) -> None:
-        for number in numbers:
-            self._refuse("save", InvalidInputError("there is no photo yet: open one"), number)
+    def _saves_left(self) -> list[int]:
+        """Take the numbers of the files that are still to be made."""
+        numbers = [number for number, _ in self._saves]
+        self._saves.clear()
+        return numbers
 
-    def _open(self, name: str, data: Any) -> None:
+    def _refuse_to_save(self, numbers: list[int], sentence: str) -> None:
+        for number in numbers:
+            self._refuse("save", InvalidInputError(sentence), number)
+
+    def _open(self, name: str, data: Any, left: list[int]) -> None:
+        # They were of the last one.
+        self._refuse_to_save(left, "another photo was opened")
         try:
-            # What the last photo took is free when this one has been read.
             session = Session(data)
             width, height = session._state.session.size
-            self._budget.take(self, self._needed(data, Options(), width, height))
+            self._budget.take(self, self._needed(data, Look.of({}), width, height))
         except (GraphStippleError, MemoryError) as error:
             said = str(error) or "there is not enough memory for this photo"
             # The name that the reader has for bytes is not the file's.
@@ -363,10 +379,10 @@ class Desk:
         with self._changed:
             self._view, self._photo_shown, self._presets = None, False, _all_presets()
 
-    def _needed(self, data: Any, options: Options, width: int, height: int) -> float:
-        """Return the bytes that a photo and a drawing of it take at most."""
-        held = len(data) if isinstance(data, bytes) else 0
-        core = options._checked
+    def _needed(self, data: Any, look: Look, width: int, height: int) -> float:
+        """Return the bytes that a photo, a drawing of it and its file take at most."""
+        held = sum(len(it) for it in (data, self._map) if isinstance(it, bytes))
+        core = look.options._checked
         pixels = width * height / core.reduction(width, height) ** 2
         return held + BYTES_A_PIXEL * pixels + BYTES_A_NODE * core.most_nodes(width, height)
 
@@ -387,7 +403,7 @@ class Desk:
     def _draw(self, photo: _Photo, wanted: _Wanted) -> None:
         look, core = wanted.look, wanted.look.options._checked
         try:
-            self._budget.take(self, self._needed(photo.data, look.options, photo.width, photo.height))
+            self._budget.take(self, self._needed(photo.data, look, photo.width, photo.height))
             nodes = core.most_nodes(photo.width, photo.height)
             if nodes > (QUICK if wanted.moving else PATIENT):
                 small = Options._of(core.with_at_most(SMALL, photo.width, photo.height))
@@ -405,6 +421,10 @@ class Desk:
 
     def _drawing(self, photo: _Photo, wanted: _Wanted, options: Options, *, whole: bool) -> _Drawn:
         look, map_ = wanted.look, self._maps
+        # More threads than processors only take their time.
+        processors = os.cpu_count() or 1
+        if (options.threads or 1) > processors:
+            options = options.replace(threads=processors)
         can_stop = whole and options._checked.most_nodes(photo.width, photo.height) > QUICK
         last = 0.0
 
@@ -432,8 +452,11 @@ class Desk:
             return
         left, top, right, bottom = view.part
         part = (max(left, 0.0), max(top, 0.0), min(right, photo.width), min(bottom, photo.height))
+        # What is cut off may have been what kept it in proportion.
+        rows = view.columns * (part[3] - part[1]) / max(part[2] - part[0], 1e-9)
+        columns = view.columns if rows <= MOST_SEEN else max(int(view.columns * MOST_SEEN / rows), 1)
         try:
-            pixels = drawn.drawing._core.rasterize(view.columns, part)
+            pixels = drawn.drawing._core.rasterize(columns, part)
         except GraphStippleError as error:
             self._refuse("view", error, None)
             return
@@ -448,8 +471,10 @@ class Desk:
         try:
             sheet = drawn.drawing._core.sheet(look.suffix, look.settings)
             if sheet is not None:
-                told = {"page": sheet[:2], "drawing": sheet[2:], "unit": "px" if look.suffix in SETTINGS["dpi"].formats else "mm"}
-            self._to_measure = drawn
+                has_pixels = look.suffix in SETTINGS["dpi"].formats
+                told = {"page": sheet[:2], "drawing": sheet[2:], "unit": "px" if has_pixels else "mm"}
+            is_large = told is not None and told["unit"] == "px" and sheet is not None and sheet[0] * sheet[1] > MOST_MEASURED
+            self._to_measure = None if is_large else drawn
         except GraphStippleError as error:
             # The drawing is there; it cannot be written so.
             self._refuse("save", error, drawn.id)
@@ -468,18 +493,17 @@ class Desk:
             return
         self.send({"type": "size", "id": drawn.id, "suffix": drawn.look.suffix, "bytes": len(data)}, None)
 
-    def _save(self, photo: _Photo, number: int, said: object) -> None:
+    def _save(self, photo: _Photo, number: int, look: Look) -> None:
         try:
-            look = self._look(said)
             drawn = self.seen
             if drawn is None or not drawn.has(look, self._maps):
-                self._budget.take(self, self._needed(photo.data, look.options, photo.width, photo.height))
+                self._budget.take(self, self._needed(photo.data, look, photo.width, photo.height))
                 drawn = self._drawing(photo, _Wanted(number, look, moving=False), look.options, whole=True)
             data = drawn.drawing._core.encode(look.suffix, look.settings)
         except _Stopped:
             # It is wanted all the same, when what is more urgent is done.
             with self._changed:
-                self._saves.append((number, said))
+                self._saves.append((number, look))
         except GraphStippleError as error:
             self._refuse("save", error, number)
         else:
@@ -518,7 +542,7 @@ class Desk:
         if self._closed:
             raise _Stopped
 
-    def _refuse(self, of: str, error: Exception, number: int | None) -> None:
+    def _refuse(self, of: str, error: BaseException, number: int | None) -> None:
         sentence = str(error) if isinstance(error, GraphStippleError) else f"internal error, please report it: {error!r}"
         self.send({"type": "refused", "of": of, "id": number, "sentence": sentence}, None)
 

@@ -162,7 +162,7 @@ class Look:
             words += [_flag(name)] if value is True else [_flag(name), str(_short(value))]
         if self.min_dot is not None:
             words += ["--min-dot", self.min_dot]
-        return shlex.join(words)
+        return " ".join(_shell_word(word) for word in words)
 
     def as_python(self, photo: str) -> str:
         """Return lines of Python that write the same file."""
@@ -275,7 +275,22 @@ def _arguments(values: Mapping[str, Any]) -> str:
 
 def _source(value: object) -> str:
     """Return a value as people write it in Python: texts in double quotes."""
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(_short(value))
+    if not isinstance(value, str):
+        return repr(_short(value))
+    quoted = json.dumps(value, ensure_ascii=False)
+    return "".join(it if it.isprintable() else it.encode("unicode_escape").decode() for it in quoted)
+
+
+def _shell_word(text: str) -> str:
+    """Return a word as a shell has it; what a terminal would act upon when it is pasted is escaped, as in bash and zsh."""
+    if text.isprintable():
+        return shlex.quote(text)
+    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
+    return "$'" + "".join(it if it.isprintable() else _octets(it) for it in escaped) + "'"
+
+
+def _octets(character: str) -> str:
+    return "".join(f"\\x{octet:02x}" for octet in character.encode("utf-8", "surrogateescape"))
 
 
 def _short(value: object) -> object:

@@ -33,6 +33,25 @@ _IMPORT = re.compile(r'^import \{[^}]*\} from "\./([\w-]+\.js)";\n', re.MULTILIN
 _EXPORT = re.compile(r"^export (?=(?:async )?function|class|const)", re.MULTILINE)
 
 
+def _joined(entry: str) -> str:
+    """Return a module of the page with all that it imports, as one: a widget has one file."""
+    joined: dict[str, str] = {}
+
+    def add(name: str) -> None:
+        if name in joined:
+            return
+        source = (PAGE / name).read_text(encoding="utf-8")
+        joined[name] = ""
+        for imported in _IMPORT.findall(source):
+            add(imported)
+        # After what it imports.
+        del joined[name]
+        joined[name] = _EXPORT.sub("", _IMPORT.sub("", source))
+
+    add(entry)
+    return "\n".join(joined.values())
+
+
 class Studio(AnyWidget):
     """The studio in a notebook: a photo, its drawing, and the options to turn.
 
@@ -55,13 +74,16 @@ class Studio(AnyWidget):
     >>> studio.drawing.save("drawing.svg")  # doctest: +SKIP
     """
 
+    _esm = _joined("widget.js")
+    _css = (PAGE / "studio.css").read_text(encoding="utf-8")
+
     def __init__(self, image: ImageLike | None = None) -> None:
         if MISSING is not None:
             way_out = "pip install graphstipple[studio]"
             raise MissingPackageError(f"the studio needs the package anywidget in a notebook ({MISSING}): {way_out}") from MISSING
         photo = None if image is None else (_name(image), image)
         self._desk = Desk(self._from_desk, photo, Budget(half_of_the_memory(), MOST_UPLOADED))
-        super().__init__(_esm=_joined("widget.js"), _css=(PAGE / "studio.css").read_text(encoding="utf-8"))
+        super().__init__()
         self.on_msg(self._from_page)
 
     @property
@@ -89,22 +111,3 @@ class Studio(AnyWidget):
 def _name(image: ImageLike) -> str:
     """Return what a photo is called in the copied command."""
     return os.fsdecode(image) if isinstance(image, str | os.PathLike) else "photo.png"
-
-
-def _joined(entry: str) -> str:
-    """Return a module of the page with all that it imports, as one: a widget has one file."""
-    joined: dict[str, str] = {}
-
-    def add(name: str) -> None:
-        if name in joined:
-            return
-        source = (PAGE / name).read_text(encoding="utf-8")
-        joined[name] = ""
-        for imported in _IMPORT.findall(source):
-            add(imported)
-        # After what it imports.
-        del joined[name]
-        joined[name] = _EXPORT.sub("", _IMPORT.sub("", source))
-
-    add(entry)
-    return "\n".join(joined.values())

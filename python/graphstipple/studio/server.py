@@ -8,13 +8,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import logging
 import mimetypes
 import os
 import re
 import socket
 import struct
 from collections import deque
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -56,25 +57,44 @@ FULL = 4000
 TAKEN = 4001
 """Close code of a socket whose page has one already, as a tab that was duplicated: it takes a name of its own."""
 
-MOST_CONNECTIONS = 128
-"""Connections at a time; more are answered with 503."""
+MOST_CONNECTIONS = 96
+"""Connections at a time, with or without a request on them; more are closed at once."""
+
+MOST_UPLOADS = 2
+"""Uploads that are taken at a time; others wait, unread."""
+
+UNREAD = 30.0
+"""Seconds after which a page that does not read what is sent to it counts as gone."""
 
 _PAGE_ID = re.compile(r"[A-Za-z0-9-]{8,64}")
 
 
 class _Impatient(H11Protocol):
-    """HTTP on a connection that is closed where a request is begun and does not come."""
+    """HTTP on a connection that is closed where a request is begun and does not come, or where there are too many."""
 
     _timer: asyncio.TimerHandle | None = None
+    _has_left = False
+    """Whether the connection is no longer HTTP's: it was turned away, or became a WebSocket."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """Wait for a request."""
+        if len(self.connections) >= MOST_CONNECTIONS:
+            self._has_left = True
+            transport.abort()
+            return
         super().connection_made(transport)
         self._wait()
 
     def data_received(self, data: bytes) -> None:
         """Take a part of a request; one that has come needs no timer."""
-        super().data_received(data)
+        if self._has_left:
+            return
+        try:
+            super().data_received(data)
+        except Exception:
+            # Of what comes after an answer, h11 refuses some in its own way.
+            self.transport.abort()
+            return
         if self._is_busy():
             self._end_wait()
         elif self._timer is None:
@@ -83,20 +103,22 @@ class _Impatient(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait no more."""
         self._end_wait()
-        super().connection_lost(exc)
+        if not self._has_left:
+            super().connection_lost(exc)
 
     def handle_websocket_upgrade(self, event: Any) -> None:
-        """Wait no more: the connection is no longer ours."""
+        """Wait no more: the connection is a WebSocket's, if its handshake is one."""
         self._end_wait()
-        self._upgraded = True
+        self._has_left = True
         super().handle_websocket_upgrade(event)
-
-    _upgraded = False
+        if not getattr(self.transport.get_protocol(), "handshake_initiated", True):
+            # It is not to the taste of the library for WebSockets, which would wait for the rest of it for ever.
+            self.transport.abort()
 
     def _is_busy(self) -> bool:
         # There is none before the first request.
         cycle: Any = self.cycle
-        return self._upgraded or (cycle is not None and not cycle.response_complete)
+        return self._has_left or (cycle is not None and not cycle.response_complete)
 
     def _wait(self) -> None:
         self._timer = self.loop.call_later(PATIENCE, self._give_up)
@@ -169,6 +191,7 @@ class Studio:
         self.photo = photo
         self.budget = Budget(half_of_the_memory(), MOST_UPLOADED)
         self._seats: dict[str, _Seat] = {}
+        self._uploads = asyncio.Semaphore(MOST_UPLOADS)
         self._files = {path.name: (path.read_bytes(), _mime(path)) for path in sorted(PAGE.iterdir()) if path.is_file()}
         routes = [
             Route("/", self._front),
@@ -218,8 +241,9 @@ class Studio:
             return _refused(409, "this page sends another file already: wait until that has come")
         seat.uploading = True
         try:
-            with anyio.fail_after(MOST_SECONDS):
-                body = await _body(request)
+            async with self._uploads:
+                with anyio.fail_after(MOST_SECONDS):
+                    body = await _body(request)
         except TimeoutError:
             return _refused(408, "the file came too slowly")
         except ClientDisconnect:
@@ -253,14 +277,12 @@ class Studio:
             seat = self._seats[page] = _Seat(self)
         seat.sit()
         seat.desk.greet()
-        sender = asyncio.create_task(_send_all(websocket, seat))
+        tasks = {asyncio.create_task(_send_all(websocket, seat)), asyncio.create_task(_take_all(websocket, seat))}
         try:
-            while True:
-                _take(seat, await websocket.receive())
-        except WebSocketDisconnect:
-            pass
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            sender.cancel()
+            for task in tasks:
+                task.cancel()
             seat.here = False
             if self._seats.get(page) is seat:
                 seat.leaving = asyncio.get_running_loop().call_later(LINGER, self._leave, page)
@@ -274,37 +296,29 @@ class Studio:
 
 
 async def _send_all(websocket: WebSocket, seat: _Seat) -> None:
-    """Send what the desk says, until the page goes."""
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has gone already
+    """Send what the desk says, until the page goes, or does not read it any more."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):  # it has gone already
         while True:
             message, data = await seat.next()
             text = json.dumps(message, separators=(",", ":"))
-            if data is None:
-                await websocket.send_text(text)
-            else:
-                header = text.encode("ascii")
-                await websocket.send_bytes(struct.pack("<I", len(header)) + header + data)
+            with anyio.fail_after(UNREAD):
+                if data is None:
+                    await websocket.send_text(text)
+                else:
+                    header = text.encode("ascii")
+                    await websocket.send_bytes(struct.pack("<I", len(header)) + header + data)
 
 
-def _take(seat: _Seat, received: Mapping[str, Any]) -> None:
-    """Hand a message of the page to its desk.
-
-    Raises
-    ------
-    WebSocketDisconnect
-        If it is the last.
-    """
-    if received["type"] == "websocket.disconnect":
-        raise WebSocketDisconnect(received.get("code", 1000))
-    try:
-        message = json.loads(received.get("text") or "")
-    except (ValueError, RecursionError):
-        message = None
-    kind = message.get("type") if isinstance(message, dict) else None
-    if kind in {"open", "importance", "hello"}:
+async def _take_all(websocket: WebSocket, seat: _Seat) -> None:
+    """Hand the page's messages to its desk, until it goes."""
+    while (received := await websocket.receive())["type"] != "websocket.disconnect":
+        try:
+            message = json.loads(received.get("text") or "")
+        except (ValueError, RecursionError):
+            message = None
+        kind = message.get("type") if isinstance(message, dict) else None
         # Files come by uploads, which are counted.
-        message = None
-    seat.desk.receive(message)
+        seat.desk.receive(None if kind in ("open", "importance", "hello") else message)
 
 
 async def _body(request: Request) -> bytes | None:
@@ -390,7 +404,10 @@ def serve(studio: Studio, listener: socket.socket) -> uvicorn.Server:
         # What another header says of where a request comes from is nothing to go by.
         proxy_headers=False,
         server_header=False,
-        limit_concurrency=MOST_CONNECTIONS,
+        backlog=MOST_CONNECTIONS,
+        workers=1,
         timeout_graceful_shutdown=3,
     )
+    # What others do to a connection is nothing to print.
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL + 1)
     return _Server(config)

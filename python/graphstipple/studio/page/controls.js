@@ -1,6 +1,6 @@
 // The options of a drawing. In: rules, and what to do on a change. Out: the part of the panel that shows and changes them.
 
-import { button, folded, iconButton, make, messagePlace, section, uniqueId } from "./elements.js";
+import { button, folded, iconButton, make, messagePlace, section, switchElement, uniqueId } from "./elements.js";
 import { optionValue, presetValue } from "./look.js";
 import { numberParts } from "./number.js";
 import { isAllowed, readValue } from "./rules.js";
@@ -18,7 +18,8 @@ export function optionsSection(book, mostNodes, act) {
     const message = messagePlace();
     const allBack = button("Set all back", "set-all-back", act.setAllBack, { hidden: true });
     const groups = groupsOf([...book.rules.values()]).map((group, index) => groupElement(group, rows, index < 2));
-    const element = section("Options", message.element, make("div", { class: "gs-all-back" }, allBack), ...groups.map((group) => group.element));
+    const head = make("div", { class: "gs-all-back" }, allBack);
+    const element = section("Options", message.element, head, ...groups.map((group) => group.element));
     const update = (look) => {
         for (const [name, row] of rows) {
             row.update(optionValue(book, look, name), presetValue(book, look, name), name in look.options);
@@ -43,7 +44,8 @@ function groupsOf(rules) {
 
 /** A group: what people turn every day first, the rest folded. */
 function groupElement(group, rows, isOpen) {
-    const elements = (isEveryday) => group.members.filter((rule) => rule.isEveryday === isEveryday).map((rule) => rows.get(rule.name).element);
+    const membersBy = (isEveryday) => group.members.filter((rule) => rule.isEveryday === isEveryday);
+    const elements = (isEveryday) => membersBy(isEveryday).map((rule) => rows.get(rule.name).element);
     const rest = elements(false);
     const more = group.isEveryday && rest.length > 0 ? [folded("More", false, ...rest)] : rest;
     const count = make("span", { class: "gs-changed-count" });
@@ -68,10 +70,12 @@ function optionRow(rule, context) {
     const dot = make("span", { class: "gs-dot", role: "img", "aria-label": "changed", hidden: true });
     const input = inputOf(rule, labels, context, set);
     const [first, rest] = firstSentence(rule.description);
-    const hintElement = make("p", { class: "gs-hint", id: hint, text: first }, rest ? make("span", { class: "gs-unseen", text: ` ${rest}` }) : null);
+    const unseen = rest ? make("span", { class: "gs-unseen", text: ` ${rest}` }) : null;
+    const hintElement = make("p", { class: "gs-hint", id: hint, text: first }, unseen);
     const label = make("label", { for: input.labelled.id, text: name });
     const head = make("div", { class: "gs-row-head" }, dot, label, back, ...input.beside);
-    const element = make("div", { class: "gs-row", "data-option": rule.name, title: rule.description }, head, ...input.under, hintElement);
+    const attributes = { class: "gs-row", "data-option": rule.name, title: rule.description };
+    const element = make("div", attributes, head, ...input.under, hintElement);
     element.querySelector("input[type=range]")?.addEventListener("dblclick", () => set(state.usual, false));
     const update = (value, usual, isChanged) => {
         state.usual = usual;
@@ -99,8 +103,8 @@ function inputOf(rule, labels, context, set) {
 
 /** A switch. */
 function switchInput(labels, set) {
-    const attributes = { type: "checkbox", role: "switch", class: "gs-switch", id: uniqueId("switch"), "aria-describedby": labels.hint };
-    const labelled = make("input", { ...attributes, onchange: () => set(labelled.checked, false) });
+    const labelled = switchElement({ id: uniqueId("switch"), "aria-describedby": labels.hint });
+    labelled.addEventListener("change", () => set(labelled.checked, false));
     const show = (value) => {
         labelled.checked = value === true;
     };
@@ -122,7 +126,8 @@ function wordsInput(rule, labels, set) {
 export function colorInput(labels, read, set, placeholder = "") {
     const invalidId = uniqueId("invalid");
     const described = { "aria-describedby": `${labels.hint} ${invalidId}`, placeholder };
-    const labelled = make("input", { type: "text", class: "gs-color-text", id: uniqueId("color"), spellcheck: "false", ...described });
+    const attributes = { type: "text", class: "gs-color-text", id: uniqueId("color"), spellcheck: "false" };
+    const labelled = make("input", { ...attributes, ...described });
     const invalid = make("p", { class: "gs-invalid", id: invalidId, "aria-live": "polite" });
     const picker = make("input", { type: "color", "aria-label": `${labels.name}, picked` });
     const typed = () => {
@@ -160,7 +165,8 @@ function numberInput(rule, labels, context, set) {
     const absent = rule.absent && make("input", { type: "checkbox", "aria-label": `${labels.name}: ${rule.absent.word}` });
     absent?.addEventListener("change", () => set(absent.checked ? null : startValue(rule, parts, context, state.last), false));
     const absentLabel = absent && make("label", { class: "gs-absent", title: rule.absent.meaning }, absent, rule.absent.word);
-    const next = parts.scale ? null : button("Next", "next", () => set((parts.field.valueAsNumber || 0) + 1, false), { "aria-label": `Next ${labels.name}` });
+    const goOn = () => set((parts.field.valueAsNumber || 0) + 1, false);
+    const next = parts.scale ? null : button("Next", "next", goOn, { "aria-label": `Next ${labels.name}` });
     const show = (value, usual) => {
         state.last = [value, state.last, usual].find((each) => typeof each === "number") ?? null;
         if (absent) {

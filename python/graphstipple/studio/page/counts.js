@@ -1,4 +1,4 @@
-// What was counted of the drawing. In: messages "drawn", "size" and "progress". Out: a line of numbers, warnings, a thin line of progress.
+// What was counted of the drawing. In: messages "drawn", "size", "progress". Out: a line of numbers, warnings, a thin line.
 
 import { make } from "./elements.js";
 import { fileSize, groupedNumber, secondsText } from "./words.js";
@@ -36,16 +36,17 @@ export function countsLine() {
         COUNTS.forEach(([name]) => set(name, "–"));
         warnings.hidden = true;
     };
+    const showSize = (bytes) => set("bytes", bytes === null ? "–" : fileSize(bytes));
     const setMoving = (isMoving) => list.setAttribute("aria-live", isMoving ? "off" : "polite");
-    return { elements: [list, warnings], show, clear, setMoving, showSize: (bytes) => set("bytes", fileSize(bytes)) };
+    return { elements: [list, warnings], show, clear, setMoving, showSize };
 }
 
 /** A thin line that shows how far the drawing is; it comes after a moment only. */
 export function progressLine() {
     const bar = make("span");
     const words = make("span", { class: "gs-progress-words" });
-    const attributes = { class: "gs-progress", role: "progressbar", "aria-label": "Drawing", "aria-valuemin": "0", "aria-valuemax": "100", hidden: true };
-    const element = make("div", attributes, bar);
+    const attributes = { class: "gs-progress", role: "progressbar", "aria-label": "Drawing", hidden: true };
+    const element = make("div", { ...attributes, "aria-valuemin": "0", "aria-valuemax": "100" }, bar);
     const state = { timer: 0 };
     const begin = () => {
         if (state.timer === 0 && element.hidden) {

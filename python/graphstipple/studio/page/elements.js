@@ -33,7 +33,7 @@ export function make(tag, attributes = {}, ...children) {
 }
 
 /** One of the icons, in the colour of the text beside it. */
-export function icon(name) {
+function icon(name) {
     const svg = document.createElementNS(SVG, "svg");
     svg.setAttribute("viewBox", "0 0 18 18");
     svg.setAttribute("class", "gs-icon");
@@ -53,8 +53,13 @@ export function button(text, what, onclick, attributes = {}) {
 
 /** A button with an icon, whose words are read out and shown as a tooltip. */
 export function iconButton(name, label, what, onclick, attributes = {}) {
-    const attributesOfAll = { type: "button", class: "gs-button gs-icon-button", "data-do": what, title: label, "aria-label": label };
-    return make("button", { ...attributesOfAll, onclick, ...attributes }, icon(name));
+    const usual = { type: "button", class: "gs-button gs-icon-button", "data-do": what, title: label, "aria-label": label };
+    return make("button", { ...usual, onclick, ...attributes }, icon(name));
+}
+
+/** A switch: a checkbox that says so. */
+export function switchElement(attributes) {
+    return make("input", { type: "checkbox", role: "switch", class: "gs-switch", ...attributes });
 }
 
 /** A section of the panel with its heading. */

@@ -1,5 +1,5 @@
 // Pointers and the wheel on the stage. In: events. Out: calls of `act`: zoomBy(factor, x, y), pan(dx, dy), brush(): null or
-// {down, move, up, cancel, hover}, all with places in device pixels of the stage.
+// {down, move, up, cancel, hover}, all with places in device pixels of the stage; down and move take [[place, pressure]...].
 
 const WHEEL_LINE = 16;
 const WHEEL_ZOOM = 0.0016;
@@ -37,15 +37,13 @@ export function listenForGestures(element, act, signal) {
             stopPainting(false);
         } else if (brush && event.button === 0) {
             painting.id = event.pointerId;
-            brush.down(place(event), pressure(event));
+            brush.down([[place(event), pressure(event)]]);
         }
     });
     on("pointermove", (event) => {
         if (painting.id === event.pointerId) {
             const events = event.getCoalescedEvents?.() ?? [];
-            for (const each of events.length > 0 ? events : [event]) {
-                act.brush()?.move(place(each), pressure(each));
-            }
+            act.brush()?.move((events.length > 0 ? events : [event]).map((each) => [place(each), pressure(each)]));
         } else if (pointers.has(event.pointerId)) {
             moved(pointers, event.pointerId, place(event), act);
         }

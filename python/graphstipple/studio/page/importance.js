@@ -1,6 +1,6 @@
 // Where detail is wanted. In: sources of importance. Out: the part of the panel that chooses one, with the tools of the brush.
 
-import { button, labelledSelect, make, messagePlace, section, uniqueId } from "./elements.js";
+import { button, labelledSelect, make, messagePlace, section, switchElement, uniqueId } from "./elements.js";
 import { numberParts } from "./number.js";
 
 const CONSTANT = "constant";
@@ -17,7 +17,7 @@ const RULE = {
     absent: null,
 };
 
-/** The section "Importance". `act`: choose(source, moving), brush(kind or null), brushChanged(), overlay(isOn), clear(), download(). */
+/** The section "Importance". `act`: choose(source, moving), brush(kind or null), brushChanged(), overlay(), clear(), download(). */
 export function importanceSection(sources, act) {
     const tools = { kind: null, size: 0.08, strength: 0.7, isOverlay: false };
     const source = labelledSelect("Source", choicesOf(sources), (value) => {
@@ -26,11 +26,11 @@ export function importanceSection(sources, act) {
     const painted = source.select.querySelector("option[value=painted]");
     const hint = uniqueId("hint");
     const about = make("p", { class: "gs-hint", id: hint });
-    const constant = numberParts(RULE, { name: "Importance everywhere, slider", hint, unit: "", absent: "" }, 1, (value, moving) => {
-        act.choose(`${CONSTANT}:${value}`, moving);
-    });
+    const labels = { name: "Importance everywhere, slider", hint, unit: "", absent: "" };
+    const constant = numberParts(RULE, labels, 1, (value, moving) => act.choose(`${CONSTANT}:${value}`, moving));
     const constantLabel = make("label", { for: constant.field.id, text: "Importance everywhere" });
-    const constantRow = make("div", { class: "gs-row", "data-option": CONSTANT }, make("div", { class: "gs-row-head" }, constantLabel, constant.field), constant.slider, constant.invalid);
+    const constantHead = make("div", { class: "gs-row-head" }, constantLabel, constant.field);
+    const constantRow = make("div", { class: "gs-row", "data-option": CONSTANT }, constantHead, constant.slider, constant.invalid);
     const message = messagePlace();
     const brush = brushTools(tools, act);
     const element = section("Importance", message.element, source.element, about, constantRow, ...brush.elements);
@@ -68,19 +68,21 @@ function brushTools(tools, act) {
         const onclick = () => setKind(tools.kind === kind ? null : kind);
         buttons.set(kind, button(label, `paint-${kind}`, onclick, { "aria-pressed": "false" }));
     }
-    const overlay = make("input", { type: "checkbox", role: "switch", class: "gs-switch", id: uniqueId("switch"), "data-do": "overlay" });
+    const overlay = switchElement({ id: uniqueId("switch"), "data-do": "overlay" });
     const setOverlay = (isOn) => {
         overlay.checked = isOn;
         tools.isOverlay = isOn;
-        act.overlay(isOn);
+        act.overlay();
     };
     overlay.addEventListener("change", () => setOverlay(overlay.checked));
     const clear = button("Clear", "paint-clear", act.clear);
     const download = button("Download map", "paint-download", act.download);
     const size = percentSlider("Brush size", 1, 40, tools.size, (value) => (tools.size = value), act.brushChanged);
     const strength = percentSlider("Strength", 5, 100, tools.strength, (value) => (tools.strength = value), act.brushChanged);
-    const kindsElement = make("div", { class: "gs-buttons gs-segments", role: "group", "aria-label": "Brush" }, ...buttons.values());
-    const hint = make("p", { class: "gs-hint", text: "Paint on the stage where more or less detail is wanted. The same button again puts the brush away." });
+    const group = { class: "gs-buttons gs-segments", role: "group", "aria-label": "Brush" };
+    const kindsElement = make("div", group, ...buttons.values());
+    const about = "Paint on the stage where more or less detail is wanted. The same button again puts the brush away.";
+    const hint = make("p", { class: "gs-hint", text: about });
     const overlayLine = make("div", { class: "gs-line" }, make("label", { for: overlay.id, text: "Show overlay" }), overlay);
     const elements = [
         make("h3", { text: "Paint" }),

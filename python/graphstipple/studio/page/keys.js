@@ -20,8 +20,10 @@ export function keysHelp() {
     const id = uniqueId("keys");
     const close = button("Close", "keys-close", () => dialog.close());
     const rows = KEYS.map(([keys, what]) => make("div", {}, make("dt", { text: keys }), make("dd", { text: what })));
-    const about = make("p", { class: "gs-hint", text: "The keys of the stage work while it has the focus. A double click on a slider sets it back." });
-    const dialog = make("dialog", { class: "gs-keys", "aria-labelledby": id }, make("h2", { id, text: "Keys" }), make("dl", {}, ...rows), about, close);
+    const text = "The keys of the stage work while it has the focus. A double click on a slider sets it back.";
+    const about = make("p", { class: "gs-hint", text });
+    const heading = make("h2", { id, text: "Keys" });
+    const dialog = make("dialog", { class: "gs-keys", "aria-labelledby": id }, heading, make("dl", {}, ...rows), about, close);
     dialog.addEventListener("click", (event) => {
         if (event.target === dialog) {
             dialog.close();

@@ -1,4 +1,4 @@
-// A number with its slider and its field. In: a rule, its slider's scale. Out: both elements; `onvalue(value, moving)` tells of changes.
+// A number with its slider and its field. In: a rule. Out: both elements; `onvalue(value, moving)` tells of changes.
 
 import { make, uniqueId } from "./elements.js";
 import { scaleOf } from "./scale.js";
@@ -6,13 +6,14 @@ import { isAllowed } from "./rules.js";
 import { allowedText, plainNumber } from "./words.js";
 
 const POSITIONS = 1000;
+const TYPED_MS = 700;
 const STEPS_OF_KEYS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 
 /** The slider and the field of a rule; `labels` are {name, hint}: the name, and the id of what describes it. */
 export function numberParts(rule, labels, mostNodes, onvalue) {
     const scale = scaleOf(rule, mostNodes);
     const invalidId = uniqueId("invalid");
-    const state = { value: null, isInvalid: false };
+    const state = { value: null, isInvalid: false, timer: 0 };
     const invalid = make("p", { class: "gs-invalid", id: invalidId, "aria-live": "polite" });
     const field = make("input", {
         type: "number",
@@ -28,13 +29,20 @@ export function numberParts(rule, labels, mostNodes, onvalue) {
         invalid.textContent = isInvalid ? allowedText(rule) : "";
     };
     const typed = (isMoving) => {
+        clearTimeout(state.timer);
         if (field.value === "" && !field.validity.badInput) {
             showInvalid(false);
             return isMoving ? undefined : leftEmpty();
         }
         const value = field.validity.badInput ? NaN : field.valueAsNumber;
         showInvalid(!isAllowed(rule, value));
-        return state.isInvalid ? undefined : onvalue(value, isMoving);
+        if (state.isInvalid) {
+            return undefined;
+        }
+        if (isMoving) {
+            state.timer = setTimeout(() => field.isConnected && typed(false), TYPED_MS);
+        }
+        return onvalue(value, isMoving);
     };
     const leftEmpty = () => (rule.absent && rule.words.length === 0 ? onvalue(null, false) : show(state.value));
     const show = (value) => {
@@ -63,6 +71,7 @@ function makeSlider(scale, labels, state, onvalue) {
         min: 0,
         max: POSITIONS,
         step: 1,
+        value: Math.round(POSITIONS / 3),
         "aria-label": labels.name,
         "aria-describedby": labels.hint,
     });

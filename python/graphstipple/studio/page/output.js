@@ -13,7 +13,8 @@ export function outputPart(save) {
     const message = messagePlace();
     const texts = folded("Show the text", false, command.text, python.text);
     const copies = make("div", { class: "gs-buttons" }, command.button, python.button, told);
-    const element = make("section", { class: "gs-output", "aria-label": "Download and copy" }, message.element, download, copies, texts);
+    const attributes = { class: "gs-output", "aria-label": "Download and copy" };
+    const element = make("section", attributes, message.element, download, copies, texts);
     const setTexts = (words) => {
         command.set(words?.command ?? "");
         python.set(words?.python ?? "");

@@ -1,6 +1,6 @@
 // The painted map of importance. In: strokes as data. Out: grey values, a picture of them, and their colours as an overlay.
 
-export const NEUTRAL = 128;
+const NEUTRAL = 128;
 const LONGEST = 1024;
 const SOFT = 0.45;
 const TARGETS = { more: 255, less: 0, erase: NEUTRAL };
@@ -9,8 +9,8 @@ const LESS = [20, 90, 215];
 const OPACITY = 150;
 
 /**
- * A map of a photo's proportions. A stroke is {kind, size, strength, points}: size as a fraction of the photo's longest side, points
- * [x, y, pressure] as fractions of its width and height.
+ * A map of a photo's proportions. A stroke is {kind, size, strength, points}: size as a fraction of the photo's longest side,
+ * points [x, y, pressure] as fractions of its width and height.
  */
 export class PaintedMap {
     constructor(width, height) {
@@ -24,8 +24,7 @@ export class PaintedMap {
 
     /** The grey values of strokes; those that were there the last time are not painted again. */
     grey(strokes) {
-        const isPrefix = this.done.strokes.length <= strokes.length && this.done.strokes.every((stroke, at) => stroke === strokes[at]);
-        if (!isPrefix) {
+        if (!this.done.strokes.every((stroke, at) => stroke === strokes[at])) {
             this.done = { strokes: [], grey: this.done.grey.fill(NEUTRAL) };
         }
         for (const stroke of strokes.slice(this.done.strokes.length)) {
@@ -59,8 +58,8 @@ export class PaintedMap {
         const pressure = stroke.points[to][2] ?? 1;
         const target = TARGETS[stroke.kind];
         const length = (x1 - x0) ** 2 + (y1 - y0) ** 2;
-        const [left, right] = [Math.max(0, Math.floor(Math.min(x0, x1) - radius)), Math.min(width, Math.ceil(Math.max(x0, x1) + radius))];
-        const [top, bottom] = [Math.max(0, Math.floor(Math.min(y0, y1) - radius)), Math.min(height, Math.ceil(Math.max(y0, y1) + radius))];
+        const [left, right] = reach(x0, x1, radius, width);
+        const [top, bottom] = reach(y0, y1, radius, height);
         for (let y = top; y < bottom; y += 1) {
             for (let x = left; x < right; x += 1) {
                 const [dx, dy] = [x + 0.5 - x0, y + 0.5 - y0];
@@ -81,7 +80,7 @@ export class PaintedMap {
 
     /** The map as a PNG. */
     blob(strokes) {
-        const canvas = pixelsOf(this.grey(strokes), this.width, this.height, (value) => (0xff000000 | (value << 16) | (value << 8) | value) >>> 0);
+        const canvas = pixelsOf(this.grey(strokes), this.width, this.height, greyOpaque);
         return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
     }
 
@@ -90,6 +89,16 @@ export class PaintedMap {
         const grey = this.grey(strokes);
         return pixelsOf(stroke ? this.greyWith(stroke) : grey, this.width, this.height, colorOfPainted, canvas);
     }
+}
+
+/** The pixels of an axis that a piece of a stroke may reach: the first, and the one after the last. */
+function reach(from, to, radius, length) {
+    return [Math.max(0, Math.floor(Math.min(from, to) - radius)), Math.min(length, Math.ceil(Math.max(from, to) + radius))];
+}
+
+/** A grey value as a pixel. */
+function greyOpaque(value) {
+    return (0xff000000 | (value << 16) | (value << 8) | value) >>> 0;
 }
 
 /** A picture of grey values, each coloured by a function: 0xAABBGGRR. */

@@ -1,12 +1,13 @@
 // Format, sizes on paper and other settings of the file. In: formats and settings. Out: the part of the panel that sets them.
 
-import { folded, labelledSelect, make, section, uniqueId } from "./elements.js";
+import { folded, labelledSelect, make, section, switchElement, uniqueId } from "./elements.js";
 import { colorInput } from "./controls.js";
 import { settingFromText } from "./address.js";
 import { takesSetting } from "./look.js";
 import { labelOf, lengthText } from "./words.js";
 
 const FIRST = ["width", "margin", "page", "min_dot", "dpi"];
+const LONG = 20;
 const MIN_DOT = {
     name: "min_dot",
     label: "Least dot radius",
@@ -40,6 +41,16 @@ export function paperSection(book, act) {
     return { element, update, showSheet: (sheet) => (sizes.textContent = sheet ? sheetText(sheet) : "") };
 }
 
+/** Whether a setting is typed, so that what stands without it may be too long for its field. */
+function isTyped(setting) {
+    return setting.kind !== "switch" && !(setting.kind === "words" && setting.words);
+}
+
+/** What a setting is without being set, if that fits its field. */
+function shortDefault(setting) {
+    return setting.default.length > LONG ? "" : setting.default;
+}
+
 /** The sizes of a sheet in words. */
 function sheetText({ page, drawing, unit }) {
     const size = ([width, height]) => `${lengthText(width)} × ${lengthText(height)} ${unit}`;
@@ -56,10 +67,12 @@ function rank(setting) {
 function settingRow(setting, act) {
     const hint = uniqueId("hint");
     const name = setting.label ?? labelOf(setting.name);
-    const set = (value, moving) => (setting.name === "min_dot" ? act.setMinDot(value) : act.setSetting(setting.name, value, moving));
+    const isMinDot = setting.name === "min_dot";
+    const set = (value, moving) => (isMinDot ? act.setMinDot(value) : act.setSetting(setting.name, value, moving));
     const input = settingInput(setting, { name, hint }, set);
     const head = make("div", { class: "gs-row-head" }, make("label", { for: input.labelled.id, text: name }), ...input.beside);
-    const hintElement = make("p", { class: "gs-hint", id: hint, text: setting.description });
+    const usual = isTyped(setting) && setting.default.length > LONG ? `. Without: ${setting.default}` : "";
+    const hintElement = make("p", { class: "gs-hint", id: hint, text: `${setting.description}${usual}` });
     const attributes = { class: "gs-row", "data-setting": setting.name, title: setting.description };
     const element = make("div", attributes, head, ...input.under, hintElement);
     const show = (value) => {
@@ -72,17 +85,17 @@ function settingRow(setting, act) {
 /** The inputs of a setting by its kind; null is a setting that is not set. */
 function settingInput(setting, labels, set) {
     if (setting.kind === "color") {
-        return colorInput(labels, (text) => text.trim() || null, set, setting.default);
+        return colorInput(labels, (text) => text.trim() || null, set, shortDefault(setting));
     }
     if (setting.kind === "switch") {
-        const attributes = { type: "checkbox", role: "switch", class: "gs-switch", id: uniqueId("switch"), "aria-describedby": labels.hint };
-        const labelled = make("input", { ...attributes, onchange: () => set(labelled.checked ? true : null, false) });
+        const labelled = switchElement({ id: uniqueId("switch"), "aria-describedby": labels.hint });
+        labelled.addEventListener("change", () => set(labelled.checked ? true : null, false));
         const show = (value) => {
             labelled.checked = value === true;
         };
         return { labelled, beside: [labelled], under: [], show };
     }
-    const labelled = setting.kind === "words" && setting.words ? wordsSelect(setting, labels) : textField(setting, labels);
+    const labelled = isTyped(setting) ? textField(setting, labels) : wordsSelect(setting, labels);
     labelled.addEventListener("change", () => set(settingFromText(setting, labelled.value), false));
     const show = (value) => {
         labelled.value = value ?? "";
@@ -101,6 +114,6 @@ function wordsSelect(setting, labels) {
 /** A field for a length or another text. */
 function textField(setting, labels) {
     const mode = setting.kind === "number" ? { inputmode: "numeric" } : {};
-    const attributes = { type: "text", id: uniqueId("text"), spellcheck: "false", autocomplete: "off", placeholder: setting.default };
-    return make("input", { ...attributes, ...mode, "aria-describedby": labels.hint });
+    const plain = { type: "text", id: uniqueId("text"), spellcheck: "false", autocomplete: "off" };
+    return make("input", { ...plain, ...mode, placeholder: shortDefault(setting), "aria-describedby": labels.hint });
 }

@@ -16,9 +16,10 @@ export class Pictures {
             picture.bitmap.close();
             return false;
         }
-        const isSpent = (old) => covers(picture, old) && (old.id < picture.id || density(old) <= density(picture) * 1.01 || picture.whole > old.whole);
+        const isBetter = (old) => old.id < picture.id || picture.whole > old.whole || density(old) <= density(picture) * 1.01;
+        const isSpent = (old) => covers(picture, old) && isBetter(old);
         const kept = this.list.filter((old) => !isSpent(old));
-        const spent = [...this.list.filter(isSpent), ...kept.splice(0, kept.length - MOST + 1 > 0 ? kept.length - MOST + 1 : 0)];
+        const spent = [...this.list.filter(isSpent), ...kept.splice(0, Math.max(0, kept.length - MOST + 1))];
         spent.forEach((old) => old.bitmap.close());
         this.list = [...kept, picture];
         return true;

@@ -1,4 +1,4 @@
-// The presets as a strip of small drawings of the photo. In: presets, pictures as they come. Out: the part of the panel that chooses.
+// The presets as small drawings of the photo. In: presets, pictures as they come. Out: the part of the panel that chooses.
 
 import { make, radioGroup, section } from "./elements.js";
 

@@ -1,7 +1,7 @@
 // What each option takes. In: the JSON schema of options. Out: rules, and checks, values read from and written as text.
 
 /** The rule of one property of the schema. */
-export function ruleOf(name, property) {
+function ruleOf(name, property) {
     const kinds = property.anyOf ?? [property];
     const number = kinds.find((kind) => kind.type === "number" || kind.type === "integer");
     return {

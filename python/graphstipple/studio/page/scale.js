@@ -3,7 +3,7 @@
 const THIRD = 1 / 3;
 
 /** A number with three digits, or a whole one, inside of what its rule allows. */
-export function rounded(rule, value) {
+function rounded(rule, value) {
     const short = rule.isWhole ? Math.round(value) : Number(value.toPrecision(3));
     const least = rule.isOpen ? rule.high / 1000 : rule.low;
     return Math.min(rule.high, Math.max(least, short));

@@ -1,16 +1,18 @@
-// The way to the server: messages over a WebSocket, which is opened again and again, and photos by POST. In: nothing. Out: a transport.
+// The way to the server: messages over a WebSocket, opened again and again, and photos by POST. In: nothing. Out: a transport.
 
 const WAITS_MS = [500, 1000, 2000];
 const LONG_WAIT_MS = 5000;
 const REFUSED = 4000;
-const LOST = "The studio has ended or cannot be reached. Start it again with the same --port; this page goes on by itself once it is let in.";
+const TAKEN = 4001;
+const TAKEN_WAIT_MS = 300;
+const ENDED = "The studio has ended or cannot be reached.";
+const LOST = `${ENDED} Start it again with the same --port; this page goes on by itself once it is let in.`;
 const ANEW = "The studio was started anew: open the address that it prints, then this page goes on.";
 const STORED_ID = "graphstipple-page";
 
 /** The transport of this page. */
 export function openSocket() {
-    const id = pageId();
-    const state = { socket: null, tries: 0, timer: 0, isClosed: false };
+    const state = { id: pageId(), socket: null, tries: 0, timer: 0, isClosed: false, wasTaken: false };
     const transport = { keepsAddress: true, onmessage: null, onstate: null, send, upload, close };
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const tell = (name, sentence = "") => transport.onstate?.(name, sentence);
@@ -22,26 +24,24 @@ export function openSocket() {
     }
 
     async function upload(kind, name, blob) {
-        const address = `/${kind}?page=${encodeURIComponent(id)}&name=${encodeURIComponent(name)}`;
+        const address = `/${kind}?page=${encodeURIComponent(state.id)}&name=${encodeURIComponent(name)}`;
         const answer = await fetch(address, { method: "POST", body: blob }).catch(() => null);
         if (answer === null) {
             throw new Error(LOST);
         }
+        const said = await answer.json().catch(() => null);
         if (answer.status !== 202) {
-            const said = await answer.json().catch(() => null);
             throw new Error(said?.sentence ?? `The studio did not take ${name} (status ${answer.status}).`);
         }
     }
 
     function connect() {
-        const socket = new WebSocket(`${scheme}//${location.host}/socket?page=${encodeURIComponent(id)}`);
+        const socket = new WebSocket(`${scheme}//${location.host}/socket?page=${encodeURIComponent(state.id)}`);
         socket.binaryType = "arraybuffer";
         state.socket = socket;
-        socket.onopen = () => {
-            state.tries = 0;
-            tell("open");
-        };
         socket.onmessage = ({ data }) => {
+            state.tries = 0;
+            state.wasTaken = false;
             if (typeof data === "string") {
                 transport.onmessage?.(JSON.parse(data), null);
             } else {
@@ -52,7 +52,11 @@ export function openSocket() {
             if (state.isClosed) {
                 return;
             }
-            if (code === REFUSED) {
+            if (code === TAKEN) {
+                state.id = state.wasTaken ? newPageId() : state.id;
+                state.timer = setTimeout(connect, state.wasTaken ? 0 : TAKEN_WAIT_MS);
+                state.wasTaken = true;
+            } else if (code === REFUSED) {
                 tell("refused", reason || ANEW);
                 later(LONG_WAIT_MS);
             } else {
@@ -93,7 +97,12 @@ export function openSocket() {
 
 /** The name of this page at the server, which a reload keeps. */
 function pageId() {
-    const id = sessionStorage.getItem(STORED_ID) ?? crypto.randomUUID();
+    return sessionStorage.getItem(STORED_ID) ?? newPageId();
+}
+
+/** Another name, for a tab that was made from one that goes on. */
+function newPageId() {
+    const id = crypto.randomUUID();
     sessionStorage.setItem(STORED_ID, id);
     return id;
 }

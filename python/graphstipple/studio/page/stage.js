@@ -1,4 +1,4 @@
-// The stage: photo, drawing, sheet and overlay, painted into one canvas. In: pictures and a view. Out: what is to be seen (onview), zooms.
+// The stage: photo, drawing, sheet and overlay, painted into one canvas. In: pictures and a view. Out: calls when that changes.
 
 import { make } from "./elements.js";
 import { listenForGestures } from "./gestures.js";
@@ -46,9 +46,9 @@ export class Stage {
         const observer = new ResizeObserver((entries) => {
             const exact = entries.at(-1).devicePixelContentBoxSize?.[0];
             const ratio = window.devicePixelRatio;
-            const width = exact?.inlineSize ?? Math.round(this.element.clientWidth * ratio);
-            const height = exact?.blockSize ?? Math.round(this.element.clientHeight * ratio);
-            this.resize(Math.max(1, width), Math.max(1, height));
+            const width = devicePixels(this.element.clientWidth * ratio, exact?.inlineSize);
+            const height = devicePixels(this.element.clientHeight * ratio, exact?.blockSize);
+            this.resize(width, height);
         });
         try {
             observer.observe(this.element, { box: "device-pixel-content-box" });
@@ -119,9 +119,12 @@ export class Stage {
         if (at !== null) {
             const { viewport, pixelRatio } = this;
             const origin = viewport.origin(at.pane ?? viewport.mainPane);
-            const [x, y] = [0, 1].map((axis) => (origin[axis] + at.point[axis] * viewport.canvas[axis] * viewport.scale) / pixelRatio);
             const diameter = Math.max(...viewport.canvas) * size * viewport.scale / pixelRatio;
-            Object.assign(this.brushMark.style, { width: `${diameter}px`, height: `${diameter}px`, translate: `${x - diameter / 2}px ${y - diameter / 2}px` });
+            const corner = [0, 1].map((axis) => {
+                const middle = origin[axis] + at.point[axis] * viewport.canvas[axis] * viewport.scale;
+                return `${middle / pixelRatio - diameter / 2}px`;
+            });
+            Object.assign(this.brushMark.style, { width: `${diameter}px`, height: `${diameter}px`, translate: corner.join(" ") });
         }
     }
 
@@ -188,8 +191,8 @@ export class Stage {
     }
 
     changed() {
-        this.calls.onzoom(this.viewport.scale);
         if (this.photo) {
+            this.calls.onzoom(this.viewport.scale);
             this.calls.onview();
         }
     }
@@ -204,8 +207,16 @@ export class Stage {
         const { context, canvas } = this;
         context.clearRect(0, 0, canvas.width, canvas.height);
         if (this.photo) {
-            this.viewport.panes.forEach((pane) => this.paintPane(pane));
+            const { panes } = this.viewport;
+            panes.forEach((pane) => this.paintPane(pane));
+            panes.slice(1).forEach((pane) => this.paintSeam(pane));
         }
+    }
+
+    /** A thin line where a pane begins. */
+    paintSeam({ x, y, width, height }) {
+        this.context.fillStyle = "rgba(128, 124, 116, 0.6)";
+        this.context.fillRect(x, y, x > 0 ? 1 : width, x > 0 ? height : 1);
     }
 
     paintPane(pane) {
@@ -242,12 +253,17 @@ export class Stage {
     paintSheet(pane) {
         const { context, viewport } = this;
         const [x, y] = viewport.origin(pane);
-        const [left, top, right, bottom] = viewport.box.map((side) => side * viewport.scale);
-        context.fillStyle = viewport.sheet ? this.paper : "#ffffff";
-        context.fillRect(Math.round(x + left), Math.round(y + top), Math.round(right - left), Math.round(bottom - top));
+        const place = (side, at) => Math.round([x, y][at % 2] + side * viewport.scale);
+        const [left, top, right, bottom] = viewport.box.map(place);
+        context.fillStyle = "#ffffff";
+        if (viewport.sheet) {
+            // A colour that canvases do not know leaves the white.
+            context.fillStyle = this.paper;
+        }
+        context.fillRect(left, top, right - left, bottom - top);
         context.strokeStyle = "rgba(128, 124, 116, 0.6)";
         context.lineWidth = 1;
-        context.strokeRect(Math.round(x + left) - 0.5, Math.round(y + top) - 0.5, Math.round(right - left) + 1, Math.round(bottom - top) + 1);
+        context.strokeRect(left - 0.5, top - 0.5, right - left + 1, bottom - top + 1);
     }
 
     paintPhoto(pane, strength) {
@@ -271,8 +287,9 @@ export class Stage {
             const width = Math.abs(right - left - bitmap.width) < 1.01 ? bitmap.width : right - left;
             const height = Math.abs(bottom - top - bitmap.height) < 1.01 ? bitmap.height : bottom - top;
             const isExact = width === bitmap.width && height === bitmap.height;
+            const snapped = (value) => (isExact ? Math.round(value) : value);
             context.imageSmoothingQuality = "medium";
-            context.drawImage(bitmap, isExact ? Math.round(x + left) : x + left, isExact ? Math.round(y + top) : y + top, width, height);
+            context.drawImage(bitmap, snapped(x + left), snapped(y + top), width, height);
         }
     }
 
@@ -283,6 +300,11 @@ export class Stage {
         this.photo?.close();
         this.photo = null;
     }
+}
+
+/** Whole device pixels of a length: as the browser counts them, unless it counts others (as some do that emulate a screen). */
+function devicePixels(length, exact) {
+    return Math.max(1, Math.abs(exact - length) < 1 ? exact : Math.round(length));
 }
 
 /** Lets what follows be painted inside of a rectangle alone. */

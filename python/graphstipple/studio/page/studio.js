@@ -18,8 +18,10 @@ import { fileSize } from "./words.js";
 
 const STORED_STROKES = "graphstipple-strokes";
 const ADDRESS_MS = 250;
+const PATIENCE_FOR_PHOTO_MS = 3000;
 const VIEWS = [["drawing", "Drawing"], ["wipe", "Wipe"], ["beside", "Beside"], ["photo", "Photo"]];
 const KEY_BRUSH = 0.01;
+const WELCOME = "Drop a photo here: graphstipple turns it into a black-and-white vector drawing of dots and shapes.";
 
 /** Puts the studio into an element; returns what takes it away. */
 export function mount(root, transport) {
@@ -59,6 +61,8 @@ class Studio {
         this.epoch = 0;
         this.view = { told: "", isTaken: false };
         this.addressTimer = 0;
+        this.missingTimer = 0;
+        this.overlayOf = null;
         this.build();
         transport.onmessage = (message, bytes) => this.receive(message, bytes);
         transport.onstate = (state, sentence) => this.connection(state, sentence);
@@ -71,7 +75,6 @@ class Studio {
         const { root, transport } = this;
         root.classList.add("graphstipple-studio");
         root.classList.toggle("gs-page", transport.keepsAddress);
-        root.dataset.state = "lost";
         this.banner = messagePlace();
         this.photoMessage = messagePlace();
         this.counts = countsLine();
@@ -99,7 +102,8 @@ class Studio {
             this.open(this.file.files[0]);
             this.file.value = "";
         });
-        this.title = make(this.transport.keepsAddress ? "h1" : "h2", { class: "gs-title", text: "graphstipple studio" });
+        const rest = make("span", { class: "gs-title-rest", text: " studio" });
+        this.title = make(this.transport.keepsAddress ? "h1" : "h2", { class: "gs-title" }, "graphstipple", rest);
         this.name = make("span", { class: "gs-name" });
         this.undo = iconButton("undo", "Undo", "undo", () => this.go(-1), { disabled: true });
         this.redo = iconButton("redo", "Redo", "redo", () => this.go(1), { disabled: true });
@@ -111,16 +115,17 @@ class Studio {
 
     emptyState() {
         const example = button("Try an example", "example", () => this.openExample());
-        const choose = make("button", { type: "button", class: "gs-button gs-primary", text: "Choose a photo", onclick: () => this.file.click() });
+        const choose = button("Choose a photo", null, () => this.file.click(), { class: "gs-button gs-primary" });
         this.emptyWords = make("p", { text: "Connecting …" });
         this.emptyButtons = make("div", { class: "gs-buttons", hidden: true }, choose, example);
         return make("div", { class: "gs-empty" }, this.emptyWords, this.emptyButtons);
     }
 
     stageSection() {
-        const items = VIEWS.map(([value, label]) => ({ value, content: [label], attributes: { class: "gs-button", "data-view": value } }));
+        const attributes = (value) => ({ class: "gs-button", "data-view": value });
+        const items = VIEWS.map(([value, label]) => ({ value, content: [label], attributes: attributes(value) }));
         this.views = radioGroup("View", "gs-buttons gs-segments", items, (mode) => this.setMode(mode));
-        this.zoom = make("span", { class: "gs-zoom", "aria-label": "Zoom", role: "status" });
+        this.zoom = make("span", { class: "gs-zoom", title: "Zoom", text: "– %" });
         const zooms = make(
             "div",
             { class: "gs-buttons gs-zooms" },
@@ -132,7 +137,8 @@ class Studio {
         );
         const tools = make("div", { class: "gs-tools" }, this.views.element, zooms);
         const foot = make("div", { class: "gs-foot" }, ...this.counts.elements, this.progress.words);
-        return make("section", { class: "gs-work", "aria-label": "Photo and drawing" }, tools, this.photoMessage.element, this.stage.element, foot);
+        const work = { class: "gs-work", "aria-label": "Photo and drawing" };
+        return make("section", work, tools, this.photoMessage.element, this.stage.element, foot);
     }
 
     /** Keys, drops and pastes: of the whole page, or in a notebook of the studio alone. */
@@ -158,6 +164,7 @@ class Studio {
         });
         if (this.transport.keepsAddress) {
             window.addEventListener("hashchange", () => this.addressChanged(), { signal });
+            window.addEventListener("pagehide", () => this.steps && this.keepNow(), { signal });
         }
     }
 
@@ -173,6 +180,10 @@ class Studio {
     }
 
     key(event) {
+        if (!this.transport.keepsAddress) {
+            // Keys of the studio are none of the notebook's.
+            event.stopPropagation();
+        }
         const isCommand = (event.ctrlKey || event.metaKey) && !event.altKey;
         const key = event.key.toLowerCase();
         const by = isCommand && key === "z" ? (event.shiftKey ? 1 : -1) : isCommand && key === "y" ? 1 : 0;
@@ -218,7 +229,8 @@ class Studio {
     ready(message) {
         const isFirst = this.book === null;
         this.limits = message.limits;
-        const of = JSON.stringify([message.version, message.schema, message.settings, message.formats, message.sources, message.presets]);
+        const { version, schema, settings, formats, sources, presets } = message;
+        const of = JSON.stringify([version, schema, settings, formats, sources, presets]);
         if (of !== this.builtOf) {
             this.builtOf = of;
             this.book = lookBook(message, rulesOf(message.schema));
@@ -231,7 +243,7 @@ class Studio {
         }
         this.root.dataset.state = "open";
         this.banner.show("");
-        this.emptyWords.textContent = "Drop a photo here: graphstipple turns it into a black-and-white vector drawing of dots and shapes.";
+        this.emptyWords.textContent = WELCOME;
         this.emptyButtons.hidden = false;
         this.refresh();
         this.view.told = "";
@@ -239,7 +251,8 @@ class Studio {
             this.isReopening = this.photo !== null;
             this.source.open();
         } else if (message.photo === null && this.photo) {
-            this.photoMessage.show("The studio was started anew, without this photo: please open it again.");
+            const missing = "The studio was started anew, without this photo: please open it again.";
+            this.missingTimer = setTimeout(() => this.photoMessage.show(missing), PATIENCE_FOR_PHOTO_MS);
         }
     }
 
@@ -270,12 +283,20 @@ class Studio {
 
     /** A photo is open: shown at once, and drawn with the present look. */
     async photoCame({ name, width, height, mime }, bytes) {
-        const isSame = this.photo !== null && this.photo.width === width && this.photo.height === height && this.photo.name === name;
-        if (this.isReopening && this.photo && (this.photo.width !== width || this.photo.height !== height)) {
+        const hasSize = this.photo?.width === width && this.photo?.height === height;
+        const isSame = hasSize && this.photo.name === name;
+        if (this.isReopening && !hasSize) {
             return;
         }
         const epoch = isSame ? this.epoch : (this.epoch += 1);
-        const bitmap = await createImageBitmap(new Blob([bytes], { type: mime }));
+        clearTimeout(this.missingTimer);
+        if (!isSame) {
+            // Now, as small drawings of this photo may come while it is decoded.
+            this.presets.clear();
+        }
+        // A photo that the desk reads and the browser does not is drawn all the same.
+        const blank = () => createImageBitmap(new ImageData(1, 1));
+        const bitmap = await createImageBitmap(new Blob([bytes], { type: mime })).catch(blank);
         if (epoch !== this.epoch || this.ending.signal.aborted) {
             bitmap.close();
             return;
@@ -284,7 +305,7 @@ class Studio {
         const isFirst = this.photo === null;
         this.photo = { name, width, height };
         this.empty.hidden = true;
-        this.name.textContent = name;
+        this.showName(name);
         this.stage.canvas.setAttribute("aria-label", `The drawing of ${name}`);
         this.photoMessage.show("");
         if (this.transport.keepsAddress) {
@@ -300,6 +321,7 @@ class Studio {
         this.setMode(this.stage.viewport.mode);
         this.stage.element.classList.add("gs-has-photo");
         this.refresh();
+        this.view.told = "";
         this.sendView();
         this.rest();
     }
@@ -309,7 +331,6 @@ class Studio {
         this.map = new PaintedMap(this.photo.width, this.photo.height);
         this.saved = null;
         this.drawn = null;
-        this.presets.clear();
         this.counts.clear();
         this.output.setTexts(null);
         this.paper.showSheet(null);
@@ -367,6 +388,7 @@ class Studio {
     sizeCame({ id, suffix, bytes }) {
         if (id === this.sent && suffix === this.state.look.suffix) {
             this.counts.showSize(bytes);
+            this.output.message.show("");
         }
     }
 
@@ -392,10 +414,12 @@ class Studio {
             this.options.message.show(sentence);
         } else if (of === "photo") {
             this.isReopening = false;
+            this.showName(this.photo?.name ?? "");
             this.photoMessage.show(sentence);
         } else if (of === "importance") {
             this.importance.message.show(sentence);
         } else if (of === "save") {
+            this.counts.showSize(null);
             this.saving(false);
             this.output.message.show(sentence);
         }
@@ -409,16 +433,23 @@ class Studio {
             return;
         }
         if (file.size > this.limits.upload) {
-            this.photoMessage.show(`${file.name} has ${fileSize(file.size)}, and the studio takes ${fileSize(this.limits.upload)} at most.`);
+            const most = fileSize(this.limits.upload);
+            this.photoMessage.show(`${file.name} has ${fileSize(file.size)}, and the studio takes ${most} at most.`);
             return;
         }
         this.photoMessage.show("");
-        const open = () => this.transport.upload("photo", file.name, file).catch((error) => {
-            this.isReopening = false;
-            this.photoMessage.show(error.message);
-        });
+        const open = () => {
+            this.showName(`Opening ${file.name} …`);
+            const refused = ({ message }) => this.refused({ of: "photo", sentence: message });
+            this.transport.upload("photo", file.name, file).catch(refused);
+        };
         this.source = { open };
         open();
+    }
+
+    showName(name) {
+        this.name.textContent = name;
+        this.name.title = name;
     }
 
     openExample() {
@@ -442,6 +473,9 @@ class Studio {
 
     /** Takes a change; while a slider moves it is no step yet. */
     change(changes, moving) {
+        if (changes.look && changes.look.suffix !== this.state.look.suffix) {
+            this.counts.showSize(null);
+        }
         this.state = { ...this.state, ...changes };
         this.isMoving = moving;
         this.counts.setMoving(moving);
@@ -638,16 +672,23 @@ class Studio {
             this.brushAt = { point: this.stage.viewport.fractionAt(x, y), pane: this.stage.viewport.paneAt(x, y) };
             this.showBrush();
         };
-        const add = ([x, y], pressure) => {
-            this.stroke.points.push([...this.stage.viewport.fractionAt(x, y).map(fourDigits), fourDigits(pressure)]);
+        const add = (touches) => {
+            for (const [[x, y], pressure] of touches) {
+                this.stroke.points.push([...this.stage.viewport.fractionAt(x, y).map(fourDigits), fourDigits(pressure)]);
+            }
             this.showOverlay();
         };
-        const down = (place, pressure) => {
-            this.stroke = { kind: tools.kind, size: tools.size, strength: tools.kind === "erase" ? 1 : tools.strength, points: [] };
-            add(place, pressure);
+        const down = (touches) => {
+            this.stroke = this.newStroke();
+            add(touches);
         };
-        const move = (place, pressure) => this.stroke && add(place, pressure);
+        const move = (touches) => this.stroke && add(touches);
         return { down, move, hover, up: () => this.endStroke(true), cancel: () => this.endStroke(false) };
+    }
+
+    newStroke() {
+        const { kind, size, strength } = this.importance.tools;
+        return { kind, size, strength: kind === "erase" ? 1 : strength, points: [] };
     }
 
     endStroke(isKept) {
@@ -675,8 +716,8 @@ class Studio {
             this.stage.reveal(this.brushAt.point);
             this.showBrush();
         } else if (!event.repeat) {
-            const strength = tools.kind === "erase" ? 1 : tools.strength;
-            this.stroke = { kind: tools.kind, size: tools.size, strength, points: [[...this.brushAt.point.map(fourDigits), 1]] };
+            this.stroke = this.newStroke();
+            this.stroke.points.push([...this.brushAt.point.map(fourDigits), 1]);
             this.endStroke(true);
         }
         return true;
@@ -769,6 +810,7 @@ class Studio {
     close() {
         this.ending.abort();
         clearTimeout(this.addressTimer);
+        clearTimeout(this.missingTimer);
         this.progress.end();
         this.presets?.clear();
         this.stage.close();

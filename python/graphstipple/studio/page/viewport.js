@@ -1,6 +1,6 @@
-// Where the canvas of the drawing lies on the stage. In: sizes in device pixels, zooms, pans. Out: places, and the part that is seen.
+// Where the canvas of the drawing lies on the stage. In: sizes in device pixels, zooms, pans. Out: places, the part that is seen.
 
-export const MOST_ZOOM = 64;
+const MOST_ZOOM = 64;
 const PADDING = 0.03;
 
 /** The part of the canvas that is seen: `scale` device pixels a canvas pixel, `centre` in the middle of each pane. */
@@ -18,15 +18,16 @@ export class Viewport {
     /** The panes of the stage: {what, x, y, width, height} in device pixels. */
     get panes() {
         const [width, height] = this.stage;
+        const pane = (what, x, y, right, bottom) => ({ what, x, y, width: right - x, height: bottom - y });
         if (this.mode !== "beside") {
-            return [{ what: this.mode, x: 0, y: 0, width, height }];
+            return [pane(this.mode, 0, 0, width, height)];
         }
         if (width >= height) {
             const half = Math.floor(width / 2);
-            return [{ what: "photo", x: 0, y: 0, width: half, height }, { what: "drawing", x: half, y: 0, width: width - half, height }];
+            return [pane("photo", 0, 0, half, height), pane("drawing", half, 0, width, height)];
         }
         const half = Math.floor(height / 2);
-        return [{ what: "photo", x: 0, y: 0, width, height: half }, { what: "drawing", x: 0, y: half, width, height: height - half }];
+        return [pane("photo", 0, 0, width, half), pane("drawing", 0, half, width, height)];
     }
 
     /** The pane whose part of the drawing is asked for: panes are of one size, to a pixel. */

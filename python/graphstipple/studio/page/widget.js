@@ -7,12 +7,12 @@ function openModel(model) {
     const transport = { keepsAddress: false, onmessage: null, onstate: null, send, upload, close };
 
     function send(message) {
-        model.send({ message });
+        model.send(message);
     }
 
     async function upload(kind, name, blob) {
         const bytes = new Uint8Array(await blob.arrayBuffer());
-        model.send({ message: { type: kind === "photo" ? "open" : kind, name } }, undefined, [bytes.buffer]);
+        model.send({ type: kind === "photo" ? "open" : kind, name }, undefined, [bytes.buffer]);
     }
 
     function received(content, buffers) {

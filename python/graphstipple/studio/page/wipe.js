@@ -2,7 +2,8 @@
 
 import { make } from "./elements.js";
 
-const STEPS_OF_WIPE = { ArrowRight: 0.02, ArrowUp: 0.02, ArrowLeft: -0.02, ArrowDown: -0.02, PageUp: 0.1, PageDown: -0.1, Home: -1, End: 1 };
+const STEPS_OF_ARROWS = { ArrowRight: 0.02, ArrowUp: 0.02, ArrowLeft: -0.02, ArrowDown: -0.02 };
+const STEPS_OF_WIPE = { ...STEPS_OF_ARROWS, PageUp: 0.1, PageDown: -0.1, Home: -1, End: 1 };
 
 /** A handle that is dragged or moved by keys; `onmove` is called after each move. */
 export function wipeHandle(onmove) {
