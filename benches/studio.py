@@ -22,7 +22,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
@@ -46,6 +45,9 @@ OVERHEAD = 0.1
 
 VALUES, TINY_VALUES = 6, 1
 """Of every option."""
+
+PLACES = (0.25, 0.45)
+"""Where the slider is let go, as shares of its length: around the default, which is a third along or in the middle."""
 
 DRAGGED = 60
 """Values of a drag."""
@@ -97,7 +99,7 @@ DRAG = """
         if (moves === count) return;
         moves += 1;
         times.push(performance.now());
-        slider.value = least + (0.3 + 0.3 * moves / count) * (most - least);
+        slider.value = least + (0.25 + 0.2 * moves / count) * (most - least);
         slider.dispatchEvent(new Event("input", { bubbles: true }));
         if (moves === count) slider.dispatchEvent(new Event("change", { bubbles: true }));
         setTimeout(move, 16);
@@ -134,6 +136,7 @@ class Line:
     page: list[float]
     session: list[float]
     dragged: list[float]
+    turned: dict[str, tuple[float, float]]
 
     def __str__(self) -> str:
         width, height = self.size
@@ -187,24 +190,20 @@ def measured(page: Page, photo: Path, size: tuple[int, int], values: int) -> Lin
     drawn = session.draw()
     numbers = np.random.default_rng(7)
     on_page, in_session, dragged = [], [], []
+    turned = dict.fromkeys(TURNED, (np.inf, -np.inf))
     for option in TURNED:
-        for place in numbers.uniform(0.25, 0.75, values):
+        for place in numbers.uniform(*PLACES, values):
             on_page.append(page.evaluate(TURN, [option, place]))
-            look = said(page)
+            page.wait_for_function(AT_REST)
+            value = float(page.locator(f'[data-option="{option}"] input[type=number]').input_value())
+            turned[option] = (min(value, turned[option][0]), max(value, turned[option][1]))
             began = time.perf_counter()
-            session.draw(gs.Options(**look))
+            session.draw(gs.Options(**{option: value}))
             in_session.append(time.perf_counter() - began)
         dragged += page.evaluate(DRAG, [option, DRAGGED if values > 1 else 3])
         page.evaluate(BACK, option)
         page.wait_for_function(AT_REST)
-    return Line(size, int(drawn.stats["nodes"]), on_page, in_session, dragged)
-
-
-def said(page: Page) -> dict[str, Any]:
-    """Return the options that the page's address has."""
-    page.wait_for_function(AT_REST)
-    fields = dict(part.split("=") for part in page.evaluate("location.hash").removeprefix("#").split("&") if part)
-    return {name: float(value) for name, value in fields.items() if name in TURNED}
+    return Line(size, int(drawn.stats["nodes"]), on_page, in_session, dragged, turned)
 
 
 def main() -> None:
@@ -236,7 +235,8 @@ def main() -> None:
                 page.close()
             print(lines[-1], flush=True)
         browser.close()
-    print("\nto reach")
+    ranges = [f"{name} {least:.3g} to {most:.3g}" for name, (least, most) in lines[-1].turned.items()]
+    print(f"\nvalues: {', '.join(ranges[:4])},\n        {', '.join(ranges[4:])}\n\nto reach")
     print("\n".join(line for it in lines for line in it.verdicts()))
 
 

@@ -277,7 +277,7 @@ def test_the_latest_wins_and_what_nobody_waits_for_is_stopped(room: Room) -> Non
     options = gs.Options()._checked
     assert options.most_nodes(1024, 1024) > QUICK
     for number in range(1, 10):
-        desk.receive({"type": "draw", "id": number, "look": {"options": {"fineness": 1 + number / 100}}, "moving": True})
+        desk.receive({"type": "draw", "id": number, "look": {"options": {"fineness": 6 + number / 100}}, "moving": True})
         if number == 1:
             room.paper.wait("progress", id=1)
     desk.receive({"type": "draw", "id": 10, "look": {"options": {"fineness": 0.9}}})

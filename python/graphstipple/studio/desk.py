@@ -12,6 +12,7 @@ from __future__ import annotations
 import io
 import os
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from functools import cache, partial
@@ -38,8 +39,8 @@ MOST_OFFERED = 2_000_000
 SMALL = 30_000
 """Nodes of the small version, which is drawn while a slider moves: more would show more, later."""
 
-QUICK = 100_000
-"""Nodes of a drawing that is not stopped: it is done in about a tenth of a second, a quarter of it on a slow machine."""
+QUICK = 50_000
+"""Nodes of a drawing that is not stopped, and that needs no small version: it is done in less than a tenth of a second."""
 
 PATIENT = 400_000
 """Nodes of a drawing that is waited for without a small version, when nothing moves: it takes about half a second."""
@@ -62,8 +63,11 @@ SEEN_AS_IT_IS = 40_000_000
 AT_REST = 0.2
 """Seconds without a wish after which the size of the file is found."""
 
+PATIENCE = 0.5
+"""Seconds of a drawing before the page is told how far it is: to tell it takes time from the drawing."""
+
 STEP_OF_PROGRESS = 0.05
-"""Share of a drawing after which the page is told how far it is."""
+"""Share of a drawing after which it is told again."""
 
 EXAMPLE = Path(__file__).parent / "page" / "example.jpg"
 """A photo to begin with: NASA's of Eileen Collins, in the public domain."""
@@ -209,6 +213,7 @@ class Desk:
         self._drawn: _Drawn | None = None
         self._sessions: dict[bool, tuple[tuple[str, int], Session]] = {}
         self._to_measure: _Drawn | None = None
+        self._picture: tuple[tuple[Drawing, tuple[float, float, float, float], int], int, bytes] | None = None
         self._thread = threading.Thread(target=self._work, name="graphstipple-desk", daemon=True)
 
     def close(self) -> None:
@@ -314,7 +319,7 @@ class Desk:
                 self._refuse("draw", error, None)
         # Nothing is kept for a page that has gone.
         self._sessions.clear()
-        self._photo = self._drawn = self.seen = self._map = self._to_measure = None
+        self._photo = self._drawn = self.seen = self._map = self._to_measure = self._picture = None
         self._budget.give_back(self)
 
     def _is_wanted(self) -> bool:
@@ -374,7 +379,7 @@ class Desk:
             self._refuse("photo", InvalidInputError(said.replace("image: ", f"{name}: ", 1)), None)
             return
         self._photo = _Photo(name, data, session, width, height)
-        self._drawn = self.seen = self._to_measure = None
+        self._drawn = self.seen = self._to_measure = self._picture = None
         self._sessions.clear()
         with self._changed:
             self._view, self._photo_shown, self._presets = None, False, _all_presets()
@@ -401,7 +406,13 @@ class Desk:
         return session
 
     def _draw(self, photo: _Photo, wanted: _Wanted) -> None:
-        look, core = wanted.look, wanted.look.options._checked
+        look, core, seen = wanted.look, wanted.look.options._checked, self.seen
+        if seen is not None and seen.has(look, self._maps):
+            # Said again when the slider rests, or with another file: it is seen already.
+            self._drawn = self.seen = seen._replace(id=wanted.id, look=look)
+            self._show(photo)
+            self._tell(photo, self.seen)
+            return
         try:
             self._budget.take(self, self._needed(photo.data, look, photo.width, photo.height))
             nodes = core.most_nodes(photo.width, photo.height)
@@ -426,13 +437,13 @@ class Desk:
         if (options.threads or 1) > processors:
             options = options.replace(threads=processors)
         can_stop = whole and options._checked.most_nodes(photo.width, photo.height) > QUICK
-        last = 0.0
+        began, last = time.monotonic(), 0.0
 
         def progress(stage: str, fraction: float) -> None:
             nonlocal last
             if self._closed or (can_stop and self._is_stale()):
                 raise _Stopped
-            if can_stop and fraction - last >= STEP_OF_PROGRESS:
+            if fraction - last >= STEP_OF_PROGRESS and time.monotonic() - began > PATIENCE:
                 last = fraction
                 self.send({"type": "progress", "id": wanted.id, "stage": stage, "fraction": round(fraction, 3)}, None)
 
@@ -453,15 +464,18 @@ class Desk:
         left, top, right, bottom = view.part
         part = (max(left, 0.0), max(top, 0.0), min(right, photo.width), min(bottom, photo.height))
         # What is cut off may have been what kept it in proportion.
-        rows = view.columns * (part[3] - part[1]) / max(part[2] - part[0], 1e-9)
-        columns = view.columns if rows <= MOST_SEEN else max(int(view.columns * MOST_SEEN / rows), 1)
-        try:
-            pixels = drawn.drawing._core.rasterize(columns, part)
-        except GraphStippleError as error:
-            self._refuse("view", error, None)
-            return
+        tall = view.columns * (part[3] - part[1]) / max(part[2] - part[0], 1e-9)
+        columns = view.columns if tall <= MOST_SEEN else max(int(view.columns * MOST_SEEN / tall), 1)
+        key = (drawn.drawing, part, columns)
+        if self._picture is None or self._picture[0] != key:
+            try:
+                self._picture = (key, *drawn.drawing._core.picture(columns, part))
+            except GraphStippleError as error:
+                self._refuse("view", error, None)
+                return
+        _, rows, png = self._picture
         header = {"type": "picture", "id": drawn.id, "whole": drawn.whole, "part": part}
-        self.send({**header, "columns": pixels.shape[1], "rows": pixels.shape[0]}, _png(pixels))
+        self.send({**header, "columns": columns, "rows": rows}, png)
 
     def _tell(self, photo: _Photo, drawn: _Drawn) -> None:
         """Send what is to be said of a whole drawing."""

@@ -188,6 +188,16 @@ impl Drawing {
         arrays::from_rows(py, [raster.height, raster.width], raster.values)
     }
 
+    /// Height and PNG of a part of the drawing, so many pixels wide, made as quickly as can be.
+    fn picture<'py>(&self, py: Python<'py>, width: usize, part: [f64; 4]) -> PyResult<(usize, Bound<'py, PyBytes>)> {
+        let drawing = Arc::clone(&self.drawing);
+        let (height, png) = watch::run_core(py, None, move |_| {
+            let raster = raster::rasterize_part(&drawing, part, width)?;
+            Ok((raster.height, raster::encode_png_at_once(&raster)?))
+        })?;
+        Ok((height, PyBytes::new(py, &png)))
+    }
+
     /// Write the drawing to a file, whole or not at all, with settings by name; its suffix says the format. A file that is read-only is
     /// overwritten by `force`. Returns a sentence for whoever wrote it, if there is something to say.
     fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>, force: bool) -> PyResult<Option<String>> {

@@ -571,14 +571,14 @@ class Studio {
 
     // What is told to the desk
 
-    /** Draws while something moves: at once, then at most once a frame. */
+    /** Draws while something moves: once it is clear that it has not come to rest already, as by a key, and at most once a frame. */
     drawSoon() {
         if (this.isFrameTaken) {
             this.isWaiting = true;
             return;
         }
-        this.draw(true);
         this.isFrameTaken = true;
+        setTimeout(() => this.isMoving && this.draw(true));
         requestAnimationFrame(() => {
             this.isFrameTaken = false;
             if (this.isWaiting && this.isMoving) {
