@@ -29,7 +29,7 @@ from graphstipple.studio.notebook import _joined
 # One browser for all tests, so in one process.
 pytestmark = pytest.mark.xdist_group("studio")
 
-PATIENCE = 8_000
+PATIENCE = 30_000
 """Milliseconds that something may take to happen."""
 
 DRAWN = """
@@ -165,7 +165,13 @@ def fragment(page: Page) -> dict[str, str]:
 def settled(page: Page, expected: dict[str, str]) -> None:
     """Wait until the address has these options, and their drawing is seen."""
     rest(page)
-    happens(lambda: fragment(page) == expected)
+    page.wait_for_function(
+        """expected => {
+            const found = new URLSearchParams(location.hash.slice(1));
+            return found.size === Object.keys(expected).length && Object.entries(expected).every(([k, v]) => found.get(k) === v);
+        }""",
+        arg=expected,
+    )
 
 
 def in_address(page: Page, name: str, value: str) -> bool:
