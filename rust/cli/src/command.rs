@@ -82,7 +82,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         command = command.args(argument.map(|argument| argument.help_heading(FIRST_HEADING)));
     }
     let more = if with_all { "" } else { "All options: --help-all. " };
-    command = command.after_help(format!("{more}To turn them in the browser, with Python: graphstipple {STUDIO}"));
+    command = command.after_help(format!("{more}In the browser, with Python: graphstipple {STUDIO}"));
     command.args(others)
 }
 
