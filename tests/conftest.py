@@ -1,13 +1,17 @@
-"""Photos that every test may draw: public-domain pictures that come in scikit-image's wheel."""
+"""What every test may use: public-domain photos that come in scikit-image's wheel, the weights of LPIPS, a browser."""
 
+import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from playwright.sync_api import Browser, sync_playwright
 from skimage import data
+from tests import readers
 
 from graphstipple.metrics._weights import cache_folder
 
@@ -44,3 +48,17 @@ def weights() -> Path:
     run = subprocess.run([sys.executable, "-m", "graphstipple.metrics", "fetch"], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
     return cache_folder()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Chromium; skips without it, but not where everything is to be tested."""
+    if readers.CHROMIUM is None:
+        if os.environ.get("CI"):
+            pytest.fail("no Chromium: CI has to install it")
+        pytest.skip("no Chromium is installed")
+    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=readers.CHROMIUM, args=arguments)
+        yield browser
+        browser.close()
