@@ -6,7 +6,7 @@
 //! looks, and then painted in bands of rows, in parallel. The bands depend on the width alone, so the raster is
 //! the same for any number of threads, and memory stays at a byte a pixel and a few megabytes a thread.
 //!
-//! A part of the canvas is painted of what is seen of it ([`Window`]): curves outside are one line each, and polygons are cut a little
+//! A part of the canvas is painted of what is seen of it (a window): curves outside are one line each, and polygons are cut a little
 //! outside of it. So a look at single dots costs what they do, at any scale.
 //!
 //! What this module does not do: files (the command line and Python write what [`to_png`] and [`encode_png`] return).
