@@ -60,6 +60,8 @@ class _Wish(NamedTuple):
     granted: int
     dropped: int = 0
     """How often the scheduler has lost it."""
+    ended: int = 0
+    """How many workers have ended that had it; they may have had others too."""
 
 
 @dataclass(frozen=True)
@@ -124,8 +126,8 @@ def local(workers: int, dashboard: bool) -> Iterator[Client]:
     import dask  # noqa: PLC0415  # it comes with the other
 
     settings: dict[str, Any] = {
-        # As without a cluster.
-        "distributed.scheduler.allowed-failures": TRIES - 1,
+        # It is tried again one by one.
+        "distributed.scheduler.allowed-failures": 0,
     }
     if not dashboard:
         # There is a server of HTTP anyway, with nothing on it.
@@ -210,7 +212,7 @@ def draw(
     try:
         while True:
             yield from way.fill(tasks)
-            if not way.sent and (stop.asked or not way.waiting):
+            if not way.sent and (stop.asked or not (way.waiting or way.suspects)):
                 return
             done = way.come()
             if stop.at_once:
@@ -237,9 +239,13 @@ class _Way:
         self._most = LEAST_ON_THE_WAY
         self.sent: dict[str, tuple[Future[Done], _Wish]] = {}
         self.waiting: deque[_Wish] = deque()
+        self.suspects: deque[_Wish] = deque()
 
     def fill(self, tasks: Iterator[Task]) -> Iterator[tuple[Task, Done]]:
         """Send as many as there is room for, and yield those that need no worker."""
+        if self.suspects and not self._stop.asked and not any(wish.ended for _, wish in self.sent.values()):
+            # One after the other, so that it is known which of them it is.
+            self._send(self.suspects.popleft())
         while not self._stop.asked:
             if not self.waiting:
                 task = next(tasks, None)
@@ -310,6 +316,10 @@ class _Way:
             error = future.exception()
             if type(error).__name__ != "KilledWorker":
                 raise GraphStippleError(f"a worker cannot draw: {reason(error)}") from error
+            ended = wish.ended + error.allowed_failures + 1
+            if not wish.ended or ended < TRIES:
+                self.suspects.append(wish._replace(ended=ended))
+                return None
             done = ended_its_worker(wish.task)
         elif done is None:
             if self._client.status != "running":

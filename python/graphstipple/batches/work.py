@@ -116,7 +116,9 @@ class Drawing:
         except OutputLostError as error:
             done.kind, done.sentence = "lost", str(error)
         except GraphStippleError as error:
-            done.sentence = shown(str(error))
+            name, sentence = shown(task.address), shown(str(error))
+            # What is wrong with a drawing is said without the photo's name.
+            done.sentence = sentence if sentence.startswith(name) else f"{name}: {sentence}"
         except MemoryError:
             done.sentence = f"{shown(task.address)}: there is not enough memory"
         except OSError as error:
