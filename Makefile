@@ -109,6 +109,7 @@ bench: $(PACKAGE) binary
 	cargo bench --package graphstipple-bench --locked --bench formats
 	cargo bench --package graphstipple-bench --locked --bench threads
 	$(BIN)/python benches/ratios.py
+	$(BIN)/python benches/studio.py
 
 peers: $(EVALUATION) binary
 	$(BIN)/python benches/peers.py

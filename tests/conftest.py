@@ -1,5 +1,6 @@
-"""Photos that every test may draw: public-domain pictures that come in scikit-image's wheel."""
+"""What every test may use: public-domain photos that come in scikit-image's wheel, the weights of LPIPS, a browser."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -8,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+from playwright.sync_api import Browser, sync_playwright
 from skimage import data
+from tests import readers
 
 from graphstipple.metrics._weights import cache_folder
 
@@ -50,7 +53,7 @@ def weights() -> Path:
 @pytest.fixture
 def s3(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """Return the address of an S3 server on this machine, to which all of S3 goes."""
-    pytest.importorskip("s3fs")
+    files = pytest.importorskip("s3fs").S3FileSystem
     server = pytest.importorskip("moto.server").ThreadedMotoServer("127.0.0.1", 0, verbose=False)
     server.start()
     host, port = server.get_host_and_port()
@@ -58,5 +61,21 @@ def s3(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "of-a-test")
     monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
     monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
+    # One of another test would ask another server.
+    files.clear_instance_cache()
     yield f"http://{host}:{port}"
     server.stop()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Chromium; skips without it, but not where everything is to be tested."""
+    if readers.CHROMIUM is None:
+        if os.environ.get("CI"):
+            pytest.fail("no Chromium: CI has to install it")
+        pytest.skip("no Chromium is installed")
+    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=readers.CHROMIUM, args=arguments)
+        yield browser
+        browser.close()

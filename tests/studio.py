@@ -18,6 +18,16 @@ CONSOLE_SCRIPT = Path(sys.executable).with_name("graphstipple")
 ADDRESS = re.compile(r"http://127\.0\.0\.1:(\d+)/\?token=([\w-]{40,})")
 
 
+@contextlib.contextmanager
+def hears_ctrl_c() -> Iterator[None]:
+    """Let programs that are started here hear of Ctrl-C, which those in the background of a shell do not."""
+    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
 class Running(NamedTuple):
     """A server that runs."""
 
@@ -45,15 +55,16 @@ class Running(NamedTuple):
 def start(*arguments: object, cwd: Path | None = None, port: int = 0, environment: dict[str, str] | None = None) -> Running:
     """Start a server, by default on any port and without a browser."""
     command = [CONSOLE_SCRIPT, "studio", *map(str, arguments), "--port", str(port), "--no-browser"]
-    process = subprocess.Popen(
-        command,
-        cwd=cwd,
-        env={**os.environ, **(environment or {})},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    with hears_ctrl_c():
+        process = subprocess.Popen(
+            command,
+            cwd=cwd,
+            env={**os.environ, **(environment or {})},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
     assert process.stdout is not None
     line = process.stdout.readline()
     found = ADDRESS.search(line)

@@ -16,6 +16,7 @@ from types import ModuleType
 
 import pytest
 from benches import document, measured
+from tests import readers
 from tests.commands import native_binary
 from tests.support import ROOT
 
@@ -81,6 +82,18 @@ def test_batch_runs() -> None:
     table = smoke_run("batch.py")
     for name in ("photos a second, one process of one thread", "two / one", "client, processor ms a photo"):
         assert figures(table, name)[0] > 0
+
+
+def test_the_studio_runs() -> None:
+    if readers.CHROMIUM is None:
+        pytest.skip("no Chromium is installed")
+    table = smoke_run("studio.py")
+    row = re.search(r"^ +60 x 45 +(\d+)((?: +-?\d+\.\d+){7})$", table, re.MULTILINE)
+    assert row
+    assert int(row[1]) > 0
+    whole, _, session, *_ = map(float, row[2].split())
+    assert whole > session >= 0
+    assert re.search(r"^60 x 45: beyond Session.draw, median, s +\d+\.\d+ +<= 0.1 +(met|missed)$", table, re.MULTILINE)
 
 
 def test_callgrind_runs() -> None:

@@ -315,9 +315,15 @@ BY_NAME = {
         ("threads", file): "how many work, which whoever starts the work has to know"
         for file in (
             "rust/cli/src/lib.rs",
-            *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "session", "stages", "watch")),
+            *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "recipe", "session", "stages", "watch")),
+            *(f"python/graphstipple/batches/{name}.py" for name in ("api", "command", "engines", "run")),
         )
     },
+    **{
+        ("nodes", file): "how many nodes a drawing may come to have"
+        for file in ("python/graphstipple/_core.pyi", "python/graphstipple/studio/desk.py", "rust/py/src/options.rs")
+    },
+    ("base", "python/graphstipple/studio/guard.py"): "a word of a header",
     ("threads", "python/graphstipple/studio/desk.py"): "a page may not have more work than there are processors",
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",

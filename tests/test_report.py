@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import math
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,8 +15,8 @@ from urllib.parse import unquote, urlparse
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, Page, sync_playwright
-from tests import readers, support
+from playwright.sync_api import Browser, Page
+from tests import support
 
 from graphstipple_eval import quoted
 
@@ -60,20 +59,6 @@ def pictures(report: Path) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = json.loads((report / "results.json").read_text())["pictures"]
     assert len(entries) == len(PHOTOS) * (len(METHODS) + len(VALUES))
     return entries
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Chromium; skips without it, but not where everything is to be tested."""
-    if readers.CHROMIUM is None:
-        if os.environ.get("CI"):
-            pytest.fail("no Chromium: CI has to install it")
-        pytest.skip("no Chromium is installed")
-    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=readers.CHROMIUM, args=arguments)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -426,3 +426,60 @@ def test_a_file_as_bytes_and_another_importance(small: NDArray[np.uint8]) -> Non
             gs.draw(wrong)
         with pytest.raises(gs.ImageFileError, match=r"^importance: "):
             session.with_importance(wrong)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "view", "part": [0, 0, 10**400, 5], "columns": 10},
+        {"type": "draw", "look": {"preset": "\ud800"}},
+        {"type": "draw", "look": {"options": {"\ud800": 1}}},
+        {"type": "save", "look": {"suffix": "\ud800"}},
+    ],
+)
+def test_what_nothing_can_be_made_of_is_refused_too(message: dict[str, Any], room: Room, small: NDArray[np.uint8]) -> None:
+    desk = room.begin(("face.png", file_of(small)))
+    room.paper.wait("photo")
+    desk.receive(message)
+    room.paper.wait("refused")
+    desk.receive({"type": "draw", "id": 5, "look": {}})
+    room.paper.wait("drawn", id=5)
+
+
+def test_a_desk_that_is_closed_while_it_reads_keeps_nothing(room: Room) -> None:
+    budget = Budget(1 << 32, 1 << 30)
+    desk = room.begin(("large.png", file_of(np.zeros((3000, 4000), np.uint8))), budget)
+    desk.close()
+    desk.join(60)
+    budget.take("anybody", budget.memory)
+
+
+def test_files_that_wait_are_few_and_of_their_photo(room: Room, small: NDArray[np.uint8]) -> None:
+    desk = room.begin(("photo.png", np.kron(skimage.data.astronaut(), np.ones((2, 2, 1), np.uint8))))
+    room.paper.wait("photo")
+    # So much to draw that the files wait.
+    desk.receive({"type": "draw", "id": 1, "look": {"options": {"fineness": 6}}})
+    room.paper.wait("progress", id=1)
+    for number in range(2, 12):
+        desk.receive({"type": "save", "id": number, "look": {}})
+    assert "files are being made already" in room.paper.wait("refused", of="save", id=11)[0]["sentence"]
+    desk.receive({"type": "open", "name": "face.png"}, file_of(small))
+    assert room.paper.wait("refused", of="save", id=2)[0]["sentence"] == "another photo was opened"
+    assert not room.paper.of("file")
+
+
+def test_names_of_files_are_texts(room: Room, small: NDArray[np.uint8]) -> None:
+    desk = room.begin(None)
+    desk.receive({"type": "open", "name": "../x/a\x03\nrm -rf x\n\x1b.png"}, file_of(small))
+    assert room.paper.wait("photo")[0]["name"] == "a__rm -rf x__.png"
+
+
+def test_a_view_of_what_lies_beside_the_canvas(room: Room, small: NDArray[np.uint8]) -> None:
+    desk = room.begin(("face.png", file_of(small)))
+    room.paper.wait("photo")
+    desk.receive({"type": "view", "part": [-1e9, 0, 8.1, 1e9], "columns": 8192})
+    desk.receive({"type": "draw", "id": 1, "look": {}})
+    picture, _ = room.paper.wait("picture", id=1)
+    assert max(picture["rows"], picture["columns"]) <= 8192
+    desk.receive({"type": "view", "part": [500, 500, 600, 600], "columns": 100})
+    assert room.paper.wait("refused", of="view")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import re
 import shlex
 import shutil
@@ -19,8 +18,8 @@ import pytest
 import skimage.data
 from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
-from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect, sync_playwright
-from tests import commands, readers, studio, support
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
+from tests import commands, studio, support
 from tests.studio import CONSOLE_SCRIPT, Running
 
 import graphstipple as gs
@@ -29,7 +28,7 @@ from graphstipple.studio.notebook import _joined
 # One browser for all tests, so in one process.
 pytestmark = pytest.mark.xdist_group("studio")
 
-PATIENCE = 8_000
+PATIENCE = 30_000
 """Milliseconds that something may take to happen."""
 
 DRAWN = """
@@ -40,20 +39,6 @@ DRAWN = """
 }
 """
 """The whole drawing of what was wanted last is seen."""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Chromium; skips without it, but not where everything is to be tested."""
-    if readers.CHROMIUM is None:
-        if os.environ.get("CI"):
-            pytest.fail("no Chromium: CI has to install it")
-        pytest.skip("no Chromium is installed")
-    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=readers.CHROMIUM, args=arguments)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +150,13 @@ def fragment(page: Page) -> dict[str, str]:
 def settled(page: Page, expected: dict[str, str]) -> None:
     """Wait until the address has these options, and their drawing is seen."""
     rest(page)
-    happens(lambda: fragment(page) == expected)
+    page.wait_for_function(
+        """expected => {
+            const found = new URLSearchParams(location.hash.slice(1));
+            return found.size === Object.keys(expected).length && Object.entries(expected).every(([k, v]) => found.get(k) === v);
+        }""",
+        arg=expected,
+    )
 
 
 def in_address(page: Page, name: str, value: str) -> bool:

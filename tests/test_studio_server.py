@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 from tests import commands, studio, support
-from tests.studio import CONSOLE_SCRIPT, Running, answer, ask, cookie_of, running
+from tests.studio import CONSOLE_SCRIPT, Running, answer, ask, cookie_of, hears_ctrl_c, running
 
 PAGE = "page-of-a-test"
 
@@ -95,6 +95,11 @@ class Socket:
                 raise EOFError
             if text in payload:
                 return payload
+
+    def ask(self, payload: bytes) -> bytes:
+        """Send a text after which nothing comes but the end."""
+        self.send(payload)
+        return self.until(b"never")
 
     def close(self) -> None:
         self.plain.close()
@@ -222,7 +227,7 @@ def test_the_socket_needs_cookie_and_origin(server: Running, cookie: str) -> Non
 
 def test_what_is_said_on_the_socket_is_taken_or_refused(server: Running, cookie: str) -> None:
     with socket_of(server, of_page(server, cookie)) as plain:
-        plain.until(b'"photo"')
+        plain.until(b'"type":"photo"')
         for nonsense in [b"{", b"[]", b"null", b'"draw"', b"[" * 100_000, b'{"type":"open","name":"/etc/passwd"}', b'{"type":5}']:
             plain.send(nonsense)
             assert b"refused" in plain.until(b'"of":')
@@ -236,9 +241,8 @@ def test_what_is_said_on_the_socket_is_taken_or_refused(server: Running, cookie:
         plain.send(b'{"type":"draw","id":3,"look":{"options":{"nodes":500}}}')
         plain.until(b'"drawn"')
         # Too much at once ends the socket, and nothing else.
-        plain.send(b'{"type":"' + b"x" * (2 << 20) + b'"}')
         with pytest.raises((EOFError, OSError)):
-            plain.until(b"never")
+            plain.ask(b'{"type":"' + b"x" * (2 << 20) + b'"}')
     assert ask(server, headers={"Cookie": cookie}).status == 200
 
 
@@ -246,7 +250,7 @@ def test_uploads_are_counted_as_they_come(server: Running, cookie: str) -> None:
     headers = of_page(server, cookie)
     target = f"/photo?page={PAGE}&name=notes.txt"
     with socket_of(server, headers) as plain:
-        plain.until(b'"photo"')
+        plain.until(b'"type":"photo"')
         for length in ["268435457", "9" * 18]:
             declared = ask(server, target, method="POST", headers={**headers, "Content-Length": length}, body=b"x")
             assert declared.status == 413, length
@@ -315,7 +319,7 @@ def begins(server: Running, headers: dict[str, str], page: str) -> bytes | None:
 def test_whoever_is_slow_holds_nobody_up(server: Running, cookie: str, monkeypatch: pytest.MonkeyPatch) -> None:
     headers = of_page(server, cookie)
     with socket_of(server, headers) as page:
-        page.until(b'"photo"')
+        page.until(b'"type":"photo"')
         head = "".join(f"{name}: {value}\r\n" for name, value in {"Host": server.host, **headers}.items())
         slow = []
         for begin in [
@@ -403,7 +407,8 @@ def test_the_browser_is_opened_by_a_file_that_only_the_user_can_read(tmp_path: P
     browser.chmod(0o700)
     command = [CONSOLE_SCRIPT, "studio", "--port", "0"]
     environment = {**os.environ, "BROWSER": str(browser), "TMPDIR": str(tmp_path)}
-    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with hears_ctrl_c():
+        process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     found = studio.ADDRESS.search(process.stdout.readline())
     assert found
@@ -426,9 +431,9 @@ def test_without_a_browser_it_says_so_and_goes_on(named: str | None) -> None:
     if named is not None:
         environment["BROWSER"] = named
         environment["PATH"] = ""
-    process = subprocess.Popen(
-        [CONSOLE_SCRIPT, "studio", "--port", "0"], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    command = [CONSOLE_SCRIPT, "studio", "--port", "0"]
+    with hears_ctrl_c():
+        process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     assert process.stderr is not None
     found = studio.ADDRESS.search(process.stdout.readline())
@@ -445,7 +450,74 @@ def test_ctrl_c_ends_it_while_it_draws(tmp_path: Path) -> None:
     Image.fromarray(support.photo("astronaut")).save(tmp_path / "photo.png")
     with running("photo.png", cwd=tmp_path) as server:
         page = Socket(server, of_page(server, cookie_of(server)))
-        page.until(b'"photo"')
+        page.until(b'"type":"photo"')
         page.send(b'{"type":"draw","id":3,"look":{"options":{"nodes":2000000}}}')
         page.until(b'"progress"')
     page.close()
+
+
+def test_handshakes_that_are_none_end_at_once(server: Running, cookie: str) -> None:
+    upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "x" * 24}
+    head = "".join(f"{name}: {value}\r\n" for name, value in {"Host": server.host, **upgrade}.items())
+    many = "".join(f"X-{i}: 1\r\n" for i in range(140))
+    for target, more in [
+        ("/" + "a" * 9000, ""),
+        ("/socket", many),
+        ("/socket", "Content-Length: 5\r\n"),
+        ("/socket", "X: " + "a" * 9000 + "\r\n"),
+    ]:
+        with socket.create_connection(("127.0.0.1", server.port), timeout=60) as plain:
+            plain.sendall(f"GET {target} HTTP/1.1\r\n{head}{more}\r\n".encode())
+            try:
+                received = plain.recv(1 << 16)
+            except ConnectionResetError:
+                received = b""
+            # Refused, or closed without a word; nobody waits.
+            assert not received or received.split()[1] in {b"400", b"403"}, target[:20]
+    assert ask(server, headers={"Cookie": cookie}).status == 200
+
+
+def test_connections_are_limited(cookie: str, server: Running) -> None:
+    idle = [socket.create_connection(("127.0.0.1", server.port), timeout=60) for _ in range(150)]
+    # Those that are too many are closed at once; the others wait for their time.
+    closed = 0
+    for plain in idle[100:]:
+        try:
+            closed += plain.recv(1) == b""
+        except ConnectionResetError:
+            closed += 1
+    assert closed == 50
+    for plain in idle:
+        plain.close()
+    support.wait_until(lambda: is_let_in(server, cookie))
+
+
+def is_let_in(server: Running, cookie: str) -> bool:
+    try:
+        return ask(server, headers={"Cookie": cookie}).status == 200
+    except (OSError, IndexError):
+        return False
+
+
+def test_it_begins_with_a_photo_that_can_be_read_once(tmp_path: Path) -> None:
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("no pipes with names here")
+    Image.fromarray(support.photo("astronaut", 96, 64)).save(tmp_path / "photo.png")
+    os.mkfifo(tmp_path / "pipe")
+    with (
+        subprocess.Popen(["sh", "-c", "cat photo.png > pipe"], cwd=tmp_path),
+        running("pipe", cwd=tmp_path) as server,
+        socket_of(server, of_page(server, cookie_of(server))) as plain,
+    ):
+        assert b'"width":96' in plain.until(b'"type":"photo"')
+
+
+@support.linux
+def test_what_cannot_be_told_is_one_sentence(tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no /dev/full")
+    with Path("/dev/full").open("wb") as full:
+        command = [CONSOLE_SCRIPT, "studio", "--port", "0", "--no-browser"]
+        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, timeout=60, check=False)
+    assert (result.returncode, result.stderr.count(b"\n")) == (1, 1), result.stderr
+    assert b"the address cannot be printed (no space left on device)" in result.stderr

@@ -74,8 +74,8 @@ def check(photos: Iterable[Photo], suffixes: Sequence[str], output: str, others:
 def _in_output(address: str, output: str, root: str | None, folders: dict[str, str | None] | None = None) -> str | None:
     """Return the name that a file has in the output, if it lies there; `folders` keeps what was found of whole folders."""
     if root is None or is_address(address):
-        base = output.rstrip("/") + "/"
-        return address.removeprefix(base) if address.startswith(base) else None
+        begin = output.rstrip("/") + "/"
+        return address.removeprefix(begin) if address.startswith(begin) else None
     folders = {} if folders is None else folders
     folder, name = os.path.split(address)
     if folder not in folders:

@@ -171,11 +171,11 @@ def _of_address(address: str, recursive: bool) -> Iterator[Photo]:
         if file_system.isdir(path):
             root, found = path.rstrip("/"), file_system.find(path, maxdepth=None if recursive else 1)
             chosen = (it for it in found if _is_photo(posixpath.basename(it)))
-            base = address.rstrip("/")
+            begin = address.rstrip("/")
         elif glob.has_magic(path) and not file_system.exists(path):
             fixed = next(place for place, part in enumerate(path.split("/")) if glob.has_magic(part))
             root = "/".join(path.split("/")[:fixed])
-            base = address[: -len(path) + len(root)].rstrip("/")
+            begin = address[: -len(path) + len(root)].rstrip("/")
             chosen = (it for it in file_system.glob(path) if not file_system.isdir(it))
         else:
             yield Photo(address, posixpath.basename(path))
@@ -188,4 +188,4 @@ def _of_address(address: str, recursive: bool) -> Iterator[Photo]:
     if not places:
         raise InvalidInputError(f"{shown(address)}: there is no photo")
     for place in places:
-        yield Photo(f"{base}/{place}", _inside(place))
+        yield Photo(f"{begin}/{place}", _inside(place))

@@ -84,11 +84,8 @@ pub(crate) fn command(with_all: bool) -> Command {
         let argument = first.iter().find(|argument| argument.get_id() == name).cloned();
         command = command.args(argument.map(|argument| argument.help_heading(FIRST_HEADING)));
     }
-    let more = if with_all { "" } else { "More options, for those who want to know exactly: --help-all\n" };
-    command = command.after_help(format!(
-        "{more}To turn options in the browser: graphstipple {STUDIO} photo.jpg (with Python)\n\
-         To draw whole folders: graphstipple {BATCH} photos/ -o drawings/ (with Python)"
-    ));
+    let more = if with_all { "" } else { "All options: --help-all. " };
+    command = command.after_help(format!("{more}With Python: graphstipple {STUDIO}, graphstipple {BATCH}"));
     command.args(others)
 }
 

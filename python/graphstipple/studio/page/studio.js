@@ -61,6 +61,7 @@ class Studio {
         this.epoch = 0;
         this.view = { told: "", isTaken: false };
         this.addressTimer = 0;
+        this.keptAt = -Infinity;
         this.missingTimer = 0;
         this.overlayOf = null;
         this.build();
@@ -762,10 +763,17 @@ class Studio {
             return;
         }
         clearTimeout(this.addressTimer);
-        this.addressTimer = setTimeout(() => this.keepNow(), ADDRESS_MS);
+        // At once, but not so often that browsers forbid it.
+        const wait = this.keptAt + ADDRESS_MS - performance.now();
+        if (wait <= 0) {
+            this.keepNow();
+        } else {
+            this.addressTimer = setTimeout(() => this.keepNow(), wait);
+        }
     }
 
     keepNow() {
+        this.keptAt = performance.now();
         const text = lookToText(this.book, this.state.look);
         const plain = location.pathname + location.search;
         window.history.replaceState(null, "", text ? `${plain}#${text}` : plain);

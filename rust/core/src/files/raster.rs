@@ -93,7 +93,8 @@ pub fn rasterize_part(drawing: &Drawing, part: [f64; 4], width: usize) -> Result
     let is_on_canvas = left >= 0.0 && top >= 0.0 && right <= drawing.width as f64 && bottom <= drawing.height as f64;
     if !(is_on_canvas && across >= SMALLEST_PART && down >= SMALLEST_PART) {
         let [columns, rows] = [drawing.width, drawing.height];
-        let allowed = format!("left, top, right and bottom on the canvas of {columns} x {rows} pixels, {SMALLEST_PART} apart at least");
+        let allowed =
+            format!("left, top, right and bottom on the canvas of {columns} x {rows} pixels, {SMALLEST_PART} apart at least");
         return Err(Error::option("part", format!("({left}, {top}, {right}, {bottom})"), allowed));
     }
     if width == 0 || width > MAX_SIDE {
@@ -644,7 +645,9 @@ mod tests {
         let drawing = samples::nested();
         let told = |part, width| rasterize_part(&drawing, part, width).map(|_| ()).map_err(|error| error.to_string());
         let nan = f64::NAN;
-        for part in [[0.0, 0.0, 65.0, 48.0], [-1.0, 0.0, 3.0, 3.0], [3.0, 3.0, 3.0, 9.0], [9.0, 3.0, 2.0, 9.0], [nan, 0.0, 1.0, 1.0]] {
+        for part in
+            [[0.0, 0.0, 65.0, 48.0], [-1.0, 0.0, 3.0, 3.0], [3.0, 3.0, 3.0, 9.0], [9.0, 3.0, 2.0, 9.0], [nan, 0.0, 1.0, 1.0]]
+        {
             let sentence = told(part, 10).unwrap_err();
             assert!(sentence.starts_with("part is (") && sentence.contains("on the canvas of 64 x 48 pixels"), "{sentence}");
         }
