@@ -106,9 +106,12 @@ def batch(
     bytes_ = None if memory is None else engines.memory_of(memory)
     run = Run(asked)
     if scheduler is not None:
-        return run.results(engines.on_scheduler(scheduler, bytes_, Stop()))
-    count, threads = engines.shares(len(run.photos), processes, run.threads)
-    return run.results(engines.on_this_machine(count, bytes_, Stop()), threads)
+        engine, threads = engines.on_scheduler(scheduler, bytes_, Stop()), 1
+    else:
+        count, threads = engines.shares(len(run.photos), processes, run.threads)
+        engine = engines.on_this_machine(count, bytes_, Stop())
+    run.begin()
+    return run.results(engine, threads)
 
 
 def _told_apart(words: list[str]) -> list[tuple[str, ...]]:

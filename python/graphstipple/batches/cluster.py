@@ -71,8 +71,12 @@ class _OnWorker:
     work: Work
     most: int | None
     """Bytes that a photo may take anywhere."""
+    version: str = _core.__version__
 
     def __call__(self, task: Task, granted: int) -> Done:
+        if self.version != _core.__version__:
+            # It has come after the others were asked.
+            raise GraphStippleError(f"it has graphstipple {_core.__version__}, but the client {self.version}")
         if granted:
             return self.work(task, granted)
         granted = self.most or _memory_of_this_thread()
@@ -173,6 +177,8 @@ def check(client: Client, work: Drawing) -> None:
     mark = work.store.mark()
     try:
         found = client.run(_look, None if mark is None else str(mark), on_error="return")
+    except Exception as error:  # of workers that have no graphstipple, perhaps
+        raise GraphStippleError(f"the workers cannot be asked for their version ({reason(error)})") from error
     finally:
         if mark is not None:
             mark.unlink(missing_ok=True)

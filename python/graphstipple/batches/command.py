@@ -11,10 +11,11 @@ import contextlib
 import signal
 import sys
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from graphstipple import _core
-from graphstipple._errors import GraphStippleError, ImageFileError, InvalidInputError
+from graphstipple._errors import GraphStippleError, ImageFileError, ImageFileNotFoundError, InvalidInputError
 from graphstipple.batches import engines, sheet
 from graphstipple.batches.addresses import reason
 from graphstipple.batches.local import Stop
@@ -66,9 +67,7 @@ def main(arguments: list[str]) -> int:
     """Run the command and return its exit code."""
     given = _parser(with_all=False).parse_intermixed_args(arguments)
     try:
-        with _stopping() as (stop, stopped_by):
-            code = _run(given, stop)
-            return BY_SIGNAL + stopped_by[0] if stopped_by else code
+        return _run(given)
     except (GraphStippleError, OSError) as error:
         sentence = str(error).replace("allow_damaged", "--allow-damaged").replace("force=True", "--force")
         tell("error", sentence)
@@ -158,22 +157,33 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _run(given: argparse.Namespace, stop: Stop) -> int:
+def _run(given: argparse.Namespace) -> int:
     run = Run(_asked(given))
     if run.warning:
         tell("warning", run.warning)
-    engine, threads = _engine(given, run, stop)
+    # Before this, Ctrl-C is not waited for.
+    with _stopping() as (stop, stopped_by):
+        engine, threads = _engine(given, run, stop)
+        run.begin()
+        code = _drawn(given, run, engine, threads)
+    return BY_SIGNAL + stopped_by[0] if stopped_by else code
+
+
+def _drawn(given: argparse.Namespace, run: Run, engine: Engine, threads: int) -> int:
+    """Draw, tell how far it is and what came of it, and return the exit code."""
     results: list[BatchResult] = []
     failures: list[str] = []
     warnings: list[str] = []
-    counts = {"drawn": 0, "kept": 0, "failed": 0}
+    counts = {"drawn": 0, "kept": 0, "failed": 0, "warned": 0}
     try:
         with Progress(len(run.photos), quiet=given.quiet) as progress, contextlib.closing(run.results(engine, threads)) as coming:
             for result in coming:
                 progress.count(kept=result.kept, failed=result.error is not None)
                 counts["failed" if result.error is not None else "kept" if result.kept else "drawn"] += 1
                 failures += [result.error] if result.error is not None and len(failures) < SENTENCES else []
-                warnings += [f"{result.photo}: {it}" if result.photo not in it else it for it in result.warnings]
+                counts["warned"] += len(result.warnings)
+                told = result.warnings if len(warnings) < SENTENCES else []
+                warnings += [it if result.photo in it else f"{result.photo}: {it}" for it in told]
                 if given.sheet is not None:
                     results.append(result)
     finally:
@@ -185,12 +195,12 @@ def _run(given: argparse.Namespace, stop: Stop) -> int:
 def _told(run: Run, counts: dict[str, int], failures: Sequence[str], warnings: Sequence[str], *, quiet: bool) -> int:
     """Say what came of a run, and return its exit code."""
     if not quiet:
-        words = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+        words = ", ".join(f"{count} {name}" for name, count in counts.items() if count and name != "warned")
         tell("done", f"{words or 'nothing drawn'}: {run.manifest}")
     for warning in warnings[:SENTENCES]:
         tell("warning", warning)
-    if len(warnings) > SENTENCES:
-        tell("warning", f"there are {len(warnings)} warnings; {run.manifest} has all")
+    if counts["warned"] > SENTENCES:
+        tell("warning", f"there are {counts['warned']} warnings; {run.manifest} has all")
     if not counts["failed"]:
         return 0
     tell("error", f"{counts['failed']} of {len(run.photos)} photos failed; {run.manifest} says why, and the first are:")
@@ -202,6 +212,8 @@ def _told(run: Run, counts: dict[str, int], failures: Sequence[str], warnings: S
 def _asked(given: argparse.Namespace) -> Asked:
     if not given.photos and not given.lists:
         raise InvalidInputError("there is no photo to draw: name photos, folders or globs, or a list by --from")
+    if given.sheet is not None and not Path(given.sheet).absolute().parent.is_dir():
+        raise ImageFileNotFoundError(f"{given.sheet}: the folder of the sheet does not exist")
     return Asked(
         named=given.photos,
         lines=_lines(given.lists),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -52,11 +53,9 @@ class Manifest:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_CLOEXEC", 0), 0o666)
         except OSError as error:
             raise ImageFileError(f"{path}: the manifest cannot be written ({reason(error)})") from error
-        try:
-            self._read()
-        except BaseException:
-            self.close()
-            raise
+        # A run that is never begun closes it, too.
+        self._closing = weakref.finalize(self, os.close, self._file)
+        self._read()
 
     def _read(self) -> None:
         ends_whole = True
@@ -105,7 +104,7 @@ class Manifest:
 
     def close(self) -> None:
         """Close the file."""
-        os.close(self._file)
+        self._closing()
 
 
 def _record(line: bytes) -> dict[str, Any] | None:

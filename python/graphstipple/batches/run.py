@@ -111,7 +111,7 @@ class Run:
     InvalidInputError
         If a flag breaks a rule, names collide, or there is no photo.
     ImageFileError
-        If a file cannot be read, or the output cannot be.
+        If a file cannot be read.
     """
 
     def __init__(self, asked: Asked) -> None:
@@ -132,10 +132,26 @@ class Run:
         maps = [flag[1] for flag in asked.flags if flag[0] == "importance"] if importance is not None else []
         output = asked.output if folder is None else str(folder)
         names.check(self.photos, asked.suffixes, output, [str(self.manifest), *asked.others, *maps])
-        self._store.make()
-        if asked.manifest is None and self.manifest.is_symlink():
-            raise InvalidInputError(f"{self.manifest}: a link leads out of the output")
-        self._manifest = Manifest(self.manifest, _recorded(asked.flags, made, importance))
+        self._is_own_manifest = asked.manifest is None
+        self._recorded = _recorded(asked.flags, made, importance)
+        self._lines: Manifest | None = None
+
+    def begin(self) -> Manifest:
+        """Make the output's folder and open the manifest, if that is not done yet.
+
+        Raises
+        ------
+        ImageFileError
+            If one of them cannot be.
+        InvalidInputError
+            If the manifest is something else.
+        """
+        if self._lines is None:
+            self._store.make()
+            if self._is_own_manifest and self.manifest.is_symlink():
+                raise InvalidInputError(f"{self.manifest}: a link leads out of the output")
+            self._lines = Manifest(self.manifest, self._recorded)
+        return self._lines
 
     def results(self, engine: Engine, threads: int = 1) -> Generator[BatchResult, None, None]:
         """Draw by an engine, and yield what came of each photo; `threads` is what each drawing is done on unless a flag says it.
@@ -149,10 +165,11 @@ class Run:
         """
         flags = self._recipe.flags if self.threads else (*self._recipe.flags, "--threads", str(threads))
         drawing = Drawing(replace(self._recipe, flags=flags), self._store)
+        manifest = self.begin()
         with contextlib.ExitStack() as ending:
-            ending.callback(self._manifest.close)
+            ending.callback(manifest.close)
             ending.callback(self._store.sweep)
-            done = engine(self._tasks(), drawing)
+            done = engine(self._tasks(manifest), drawing)
             # Workers are ended before what they may have left is removed.
             ending.callback(getattr(done, "close", lambda: None))
             for task, came in done:
@@ -168,13 +185,13 @@ class Run:
                     came.kind == "kept",
                 )
                 if not result.kept:
-                    self._manifest.append(_record(result, came))
+                    manifest.append(_record(result, came))
                 yield result
 
-    def _tasks(self) -> Iterator[Task]:
+    def _tasks(self, manifest: Manifest) -> Iterator[Task]:
         for photo in self.photos:
             outputs = names.of(photo.place, self._recipe.suffixes)
-            yield Task(photo.address, outputs, earlier=None if self._redo else self._manifest.earlier(outputs))
+            yield Task(photo.address, outputs, earlier=None if self._redo else manifest.earlier(outputs))
 
 
 def _record(result: BatchResult, done: Done) -> dict[str, Any]:
