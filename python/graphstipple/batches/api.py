@@ -45,7 +45,7 @@ def batch(
     Parameters
     ----------
     photos : str, path, or iterable of them
-        Photos, folders, globs such as "photos/**/*.jpg", and addresses of fsspec such as "s3://bucket/photos".
+        Photos, folders, globs such as ``"photos/**/*.jpg"``, and addresses of fsspec such as ``"s3://bucket/photos"``.
     output : str or path
         A folder, or an address of one. It has the tree of the folders that are drawn.
     options : Options, optional

@@ -14,6 +14,9 @@ use crate::options::Options;
 use crate::watch::Watch;
 use crate::{errors, values, watch};
 
+/// The bytes of files, counts and times, and sentences for the user.
+type Written<'py> = (Vec<Bound<'py, PyBytes>>, Py<PyAny>, Vec<String>);
+
 /// How any photo is drawn and written: the flags of a command line, and the suffixes of the formats. Where the
 /// bytes of an importance map are given, its file is not opened.
 #[pyclass(frozen, module = "graphstipple._core")]
@@ -45,12 +48,7 @@ impl Recipe {
 
     /// The bytes of a file for every format, counts and times, and sentences for the user, of a photo given by the bytes of its file; the
     /// path is the name by which messages tell of it.
-    fn draw<'py>(
-        &self,
-        py: Python<'py>,
-        path: PathBuf,
-        data: Vec<u8>,
-    ) -> PyResult<(Vec<Bound<'py, PyBytes>>, Py<PyAny>, Vec<String>)> {
+    fn draw<'py>(&self, py: Python<'py>, path: PathBuf, data: Vec<u8>) -> PyResult<Written<'py>> {
         let recipe = Arc::clone(&self.recipe);
         let draw = move |control: &_| recipe.draw(Input::bytes(&path, data), control);
         let written = watch::run(py, Watch::on(self.recipe.options().threads), errors::from_files, draw)?;
