@@ -77,6 +77,13 @@ def test_ratios_run() -> None:
         assert float(limit) > 0
 
 
+def test_batch_runs() -> None:
+    pytest.importorskip("distributed")
+    table = smoke_run("batch.py")
+    for name in ("photos a second, one process of one thread", "two / one", "client, processor ms a photo"):
+        assert figures(table, name)[0] > 0
+
+
 def test_the_studio_runs() -> None:
     if readers.CHROMIUM is None:
         pytest.skip("no Chromium is installed")

@@ -315,7 +315,8 @@ BY_NAME = {
         ("threads", file): "how many work, which whoever starts the work has to know"
         for file in (
             "rust/cli/src/lib.rs",
-            *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "session", "stages", "watch")),
+            *(f"rust/py/src/{name}.rs" for name in ("drawing", "photo", "recipe", "session", "stages", "watch")),
+            *(f"python/graphstipple/batches/{name}.py" for name in ("api", "command", "engines", "run")),
         )
     },
     **{

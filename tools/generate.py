@@ -286,7 +286,7 @@ Made by `tools/generate.py` of what `graphstipple --help-all` prints.
 
 `graphstipple --help` shows what people turn. [options.md](options.md) has the same options with the stages that use them and the
 paper's values, [errors.md](errors.md#on-the-command-line) the exit codes, [shell.md](howto/shell.md) pipes, the manual page and
-completions, [studio.md](howto/studio.md) `graphstipple studio`.
+completions, [studio.md](howto/studio.md) `graphstipple studio`, [batch.md](howto/batch.md) `graphstipple batch`.
 
 {chr(10).join(sections)}"""
 

@@ -27,12 +27,15 @@ from graphstipple._errors import (
 if TYPE_CHECKING:
     from graphstipple import metrics, stages
     from graphstipple._draw import Session, draw
+    from graphstipple.batches.api import batch
+    from graphstipple.batches.run import BatchResult
     from graphstipple.drawing import Drawing, Graph, RecordedOptions, Region, load
     from graphstipple.importance import saliency
     from graphstipple.options import Options, Preset, Published, presets
     from graphstipple.studio.notebook import Studio
 
 __all__ = [
+    "BatchResult",
     "Drawing",
     "Graph",
     "GraphStippleError",
@@ -50,6 +53,7 @@ __all__ = [
     "Session",
     "Studio",
     "__version__",
+    "batch",
     "draw",
     "load",
     "metrics",
@@ -60,6 +64,8 @@ __all__ = [
 
 _LATER = {
     "_draw": ("Session", "draw"),
+    "batches.api": ("batch",),
+    "batches.run": ("BatchResult",),
     "drawing": ("Drawing", "Graph", "RecordedOptions", "Region", "load"),
     "importance": ("saliency",),
     "options": ("Options", "Preset", "Published", "presets"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from importlib import import_module
 from types import FrameType
 
 from graphstipple import _core
@@ -15,13 +16,13 @@ BY_SIGNAL = 128
 
 def main() -> int:
     """Run the command line on the program's arguments and return its exit code."""
-    if sys.argv[1:2] == ["studio"]:
+    if sys.argv[1:2] in (["batch"], ["studio"]):
         try:
-            from graphstipple.studio import command  # noqa: PLC0415  # a drawing does not need it
-
-            return command.main(sys.argv[2:])
+            name = "batches" if sys.argv[1] == "batch" else "studio"
+            # A drawing needs neither.
+            return int(import_module(f"graphstipple.{name}.command").main(sys.argv[2:]))
         except KeyboardInterrupt:
-            # Before it serves; then Ctrl-C is its usual end.
+            # Before they have begun; then they have an end of their own.
             return BY_SIGNAL + signal.SIGINT
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)

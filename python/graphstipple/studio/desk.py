@@ -26,9 +26,10 @@ from PIL import Image
 from graphstipple import _core
 from graphstipple._draw import Session
 from graphstipple._errors import GraphStippleError, InvalidInputError
+from graphstipple._flags import flat
 from graphstipple.drawing import Drawing
 from graphstipple.options import Options
-from graphstipple.studio.look import PAINTED, SETTINGS, Look, flat
+from graphstipple.studio.look import PAINTED, SETTINGS, Look
 
 Send: TypeAlias = "Callable[[dict[str, Any], bytes | None], object]"
 """Takes a message to the page, and its bytes; called from any thread."""

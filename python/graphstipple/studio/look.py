@@ -15,6 +15,7 @@ from typing import Any, TypeGuard
 
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
+from graphstipple._flags import METHOD, flat, of_options, of_settings, short
 from graphstipple.options import Options
 
 PAINTED = "painted"
@@ -23,11 +24,11 @@ PAINTED = "painted"
 MAP_NAME = "importance.png"
 """The file of it, as the page names it where it is downloaded."""
 
-METHOD = "published"
-"""The table of the published method's parameters: the full name of one is ``published.NAME``."""
-
 LONGEST_TEXT = 200
 """Characters of a text that a page sends."""
+
+SUBCOMMANDS = ("batch", "studio")
+"""First arguments that are no photo's path."""
 
 _BARE = re.compile(r"\s*\d*\.?\d*\s*([xX]\s*\d*\.?\d*\s*)?")
 """A length, or a size, without a unit."""
@@ -52,20 +53,6 @@ FORMATS = {suffix: name for suffix, name, *_ in _core.formats()}
 _WITH_PIXELS = {suffix for suffix in FORMATS if suffix in SETTINGS["dpi"].formats}
 
 _SOURCES = [form for form, _ in _core.sources()]
-
-
-def flat(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values of options by full name."""
-    plain = {name: value for name, value in values.items() if name != METHOD}
-    return plain | {f"{METHOD}.{name}": value for name, value in values[METHOD].items()}
-
-
-def value_words() -> dict[str, str]:
-    """Return what no value is called, by full name of the options that may have none."""
-    properties = dict(_core.options_schema()["properties"])
-    method = properties.pop(METHOD)["properties"]
-    all_of_them = properties | {f"{METHOD}.{name}": option for name, option in method.items()}
-    return {name: option["x-absent"]["word"] for name, option in all_of_them.items() if "x-absent" in option}
 
 
 @dataclass(frozen=True)
@@ -141,25 +128,16 @@ class Look:
 
     def as_command(self, photo: str) -> str:
         """Return the command line that writes the same file."""
-        # What begins with a hyphen is no flag, and what is called as the subcommand is none.
-        path = f"./{photo}" if photo.startswith("-") or photo == "studio" else photo
+        # What begins with a hyphen is no flag, and what is called as a subcommand is none.
+        path = f"./{photo}" if photo.startswith("-") or photo in SUBCOMMANDS else photo
         words = ["graphstipple", path, "-o", PurePath(self.output(path)).name]
         words[3] = f"./{words[3]}" if words[3].startswith("-") else words[3]
         if self.preset != "default":
             words += ["--preset", self.preset]
-        absent = value_words()
-        for name, value in self.changed.items():
-            text = absent[name] if value is None else str(_short(value))
-            if name.startswith(f"{METHOD}."):
-                words += [f"--{METHOD}", f"{name.removeprefix(METHOD + '.')}={text}"]
-            elif value is True:
-                words.append(_flag(name))
-            else:
-                words += [_flag(name), text]
+        words += of_options(self.changed)
         if self.importance != _SOURCES[0]:
             words += ["--importance", self._importance_named]
-        for name, value in self._written().items():
-            words += [_flag(name)] if value is True else [_flag(name), str(_short(value))]
+        words += of_settings(self._written())
         if self.min_dot is not None:
             words += ["--min-dot", self.min_dot]
         return " ".join(_shell_word(word) for word in words)
@@ -265,10 +243,6 @@ def _told(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _flag(name: str) -> str:
-    return "--" + name.replace("_", "-")
-
-
 def _arguments(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{name}={_source(value)}" for name, value in values.items())
 
@@ -276,7 +250,7 @@ def _arguments(values: Mapping[str, Any]) -> str:
 def _source(value: object) -> str:
     """Return a value as people write it in Python: texts in double quotes."""
     if not isinstance(value, str):
-        return repr(_short(value))
+        return repr(short(value))
     quoted = json.dumps(value, ensure_ascii=False)
     return "".join(it if it.isprintable() else it.encode("unicode_escape").decode() for it in quoted)
 
@@ -291,8 +265,3 @@ def _shell_word(text: str) -> str:
 
 def _octets(character: str) -> str:
     return "".join(f"\\x{octet:02x}" for octet in character.encode("utf-8", "surrogateescape"))
-
-
-def _short(value: object) -> object:
-    """Return a whole number without its fraction."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::ArgMatches;
 use graphstipple_core::stages::{
@@ -25,9 +26,13 @@ pub(crate) struct Job {
     pub(crate) output: Option<PathBuf>,
     /// Its format, and what it is written with.
     pub(crate) writer: Writer,
+    /// What writes the same drawing in other formats.
+    pub(crate) others: Vec<Writer>,
     /// A picture of it, and its width.
     pub(crate) preview: Option<(PathBuf, Option<usize>)>,
     pub(crate) importance: Source,
+    /// The bytes of the map's file, where somebody has them already.
+    pub(crate) map: Option<Arc<Vec<u8>>>,
     pub(crate) options: Checked<Options>,
     /// How the photo and a map are read.
     pub(crate) reading: Reading,
@@ -49,22 +54,45 @@ impl Job {
     /// # Errors
     /// [`Error::Usage`] for the first rule that they break.
     pub(crate) fn of(arguments: Vec<OsString>) -> Result<Self> {
-        let matches = command(false).try_get_matches_from(arguments).map_err(|error| usage(&error))?;
+        let matches = matches(arguments)?;
+        let output = matches.get_one::<PathBuf>("output").filter(|output| *output != Path::new(STANDARD));
+        let format = output.map_or_else(|| Ok(Format::ALL[0]), |output| format_of_path(output))?;
+        let job = Self::of_matches(&matches, &[format])?;
+        job.check_paths()?;
+        Ok(job)
+    }
+
+    /// What these flags ask of any photo, written in these formats. What is about a file, as its limits are, is about the first of them.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for the first rule that they break.
+    pub(crate) fn of_flags(flags: Vec<OsString>, formats: &[Format]) -> Result<Self> {
+        let begin = ["graphstipple", "--output", STANDARD].map(OsString::from);
+        let end = ["--", STANDARD].map(OsString::from);
+        Self::of_matches(&matches(begin.into_iter().chain(flags).chain(end).collect())?, formats)
+    }
+
+    fn of_matches(matches: &ArgMatches, formats: &[Format]) -> Result<Self> {
         let path = |name: &str| matches.get_one::<PathBuf>(name).cloned();
         let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
         let preset = text("preset").map(preset).transpose().map_err(in_flags)?;
 
-        let options = options(&matches, preset.as_ref()).and_then(Options::check).map_err(in_flags)?;
+        let options = options(matches, preset.as_ref()).and_then(Options::check).map_err(in_flags)?;
         let importance = Source::parse(text("importance").unwrap_or(KINDS[0].form)).map_err(in_flags)?;
-        let photo = one_photo(&matches)?.filter(|photo| photo != Path::new(STANDARD));
+        let photo = one_photo(matches)?.filter(|photo| photo != Path::new(STANDARD));
         let output = path("output").filter(|output| output != Path::new(STANDARD));
-        let format = output.as_deref().map_or_else(|| Ok(Format::ALL[0]), format_of_path)?;
-        let export = export(&matches, preset.as_ref()).and_then(Export::check).map_err(in_flags)?;
-        let writer = format.writer(export).map_err(in_flags)?;
+        let writer_of = |format: &Format| {
+            let export = export(matches, preset.as_ref(), *format, formats).and_then(Export::check)?;
+            format.writer(export)
+        };
+        let mut writers =
+            formats.iter().map(writer_of).collect::<graphstipple_core::Result<Vec<_>>>().map_err(in_flags)?.into_iter();
+        let Some(writer) = writers.next() else { return Err(Error::Usage("there is no format to write".to_owned())) };
+        let others = writers.collect();
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
-        check_units(&matches, format)?;
-        let limits = limits(&matches).map_err(in_flags)?;
+        formats.iter().try_for_each(|format| check_units(matches, *format))?;
+        let limits = limits(matches).map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
         let [stats, quiet, force] = ["stats", "quiet", "force"].map(|name| matches.get_flag(name));
         let reading = Reading {
@@ -73,9 +101,22 @@ impl Job {
             allow_damaged: matches.get_flag("allow_damaged"),
             options: Some(options.clone()),
         };
-        let job = Self { photo, output, writer, preview, importance, options, reading, min_dot, limits, stats, quiet, force };
-        job.check_paths()?;
-        Ok(job)
+        Ok(Self {
+            photo,
+            output,
+            writer,
+            others,
+            preview,
+            importance,
+            map: None,
+            options,
+            reading,
+            min_dot,
+            limits,
+            stats,
+            quiet,
+            force,
+        })
     }
 
     /// The files that it writes.
@@ -107,6 +148,11 @@ impl Job {
         }
         Ok(())
     }
+}
+
+/// The arguments, told apart.
+fn matches(arguments: Vec<OsString>) -> Result<ArgMatches> {
+    command(false).try_get_matches_from(arguments).map_err(|error| usage(&error))
 }
 
 /// The photo, of which there is one.
@@ -176,10 +222,12 @@ fn options(matches: &ArgMatches, preset: Option<&Preset>) -> graphstipple_core::
     Ok(options)
 }
 
-/// How the file is written.
-fn export(matches: &ArgMatches, preset: Option<&Preset>) -> graphstipple_core::Result<Export> {
+/// How a file of a format is written. What only pixels have is left out of others where one of the formats has pixels.
+fn export(matches: &ArgMatches, preset: Option<&Preset>, format: Format, formats: &[Format]) -> graphstipple_core::Result<Export> {
+    let of_pixels = |name| Format::ALL.iter().filter(|it| it.settings.contains(&name)).all(|it| it.has_pixels());
+    let is_for_another = |name| !format.has_pixels() && formats.iter().any(|it| it.has_pixels()) && of_pixels(name);
     let mut export = Export::default();
-    for setting in SETTINGS {
+    for setting in SETTINGS.iter().filter(|setting| !is_for_another(setting.name)) {
         if setting.value_name.is_empty() {
             if matches.get_flag(setting.name) {
                 export.set(setting.name, &Value::Switch(true))?;

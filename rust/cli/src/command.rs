@@ -33,6 +33,9 @@ const FIRST_HEADING: &str = "To begin with";
 /// The first argument of the command that turns options in the browser, which only Python's has.
 pub(crate) const STUDIO: &str = "studio";
 
+/// The first argument of the command that draws many photos, which only Python's has.
+pub(crate) const BATCH: &str = "batch";
+
 /// The flag that shows every option.
 pub(crate) const HELP_ALL: &str = "help-all";
 
@@ -82,7 +85,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         command = command.args(argument.map(|argument| argument.help_heading(FIRST_HEADING)));
     }
     let more = if with_all { "" } else { "All options: --help-all. " };
-    command = command.after_help(format!("{more}In the browser, with Python: graphstipple {STUDIO}"));
+    command = command.after_help(format!("{more}With Python: graphstipple {STUDIO}, graphstipple {BATCH}"));
     command.args(others)
 }
 
@@ -108,6 +111,18 @@ fn words(name: &str) -> Vec<&'static str> {
             .chain(of_option())
             .collect(),
     }
+}
+
+/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file and of what is
+/// printed.
+pub(crate) fn of_any_photo(with_all: bool) -> Vec<Arg> {
+    let printed = of_print(with_all).into_iter().filter(|argument| argument.get_id() != "preset");
+    let others: Vec<String> = printed.map(|argument| argument.get_id().to_string()).collect();
+    let is_of_one = |argument: &Arg| {
+        let name = argument.get_id().as_str();
+        argument.get_long().is_none() || name == "output" || name.starts_with("preview") || others.iter().any(|it| it == name)
+    };
+    command(with_all).get_arguments().filter(|argument| !is_of_one(argument)).cloned().collect()
 }
 
 fn photo() -> Arg {

@@ -1,4 +1,4 @@
-//! From a photo to its drawing: in, a job; out, the drawing as it is asked for, or the finest that keeps within the job's limits.
+//! From a photo to its drawing: in, a job and the photo's file; out, the drawing as it is asked for, or the finest that keeps within the job's limits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,8 +19,7 @@ pub(crate) struct Drawn {
 }
 
 /// Draws what the job asks for.
-pub(crate) fn draw(job: &Job, control: &Control) -> Result<Drawn> {
-    let mut input = job.photo.as_deref().map_or_else(Input::standard, Input::file);
+pub(crate) fn draw(job: &Job, mut input: Input, control: &Control) -> Result<Drawn> {
     if !job.limits.is_none() {
         return draw_within(job, &mut input, control);
     }
@@ -100,7 +99,7 @@ fn read(job: &Job, input: &mut Input, options: &Checked<Options>, control: &Cont
     seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
     // Sizes that cannot be are better told now than after the work.
     let least_radius = job.check_sizes(photo.width(), photo.height())?;
-    let evaluated = files::evaluate(job.importance.clone(), photo.luma(), &reading, &mut seconds, control)?;
+    let evaluated = files::evaluate(job.importance.clone(), job.map.as_deref(), photo.luma(), &reading, &mut seconds, control)?;
     let warnings = of_photo.into_iter().chain(evaluated.warning).collect();
     Ok(Read { photo, importance: evaluated.importance, least_radius, decoder: decoded.decoder, warnings, seconds })
 }

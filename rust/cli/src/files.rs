@@ -158,13 +158,15 @@ pub struct Evaluated {
     pub warning: Option<String>,
 }
 
-/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, and reduced by their own size. The
+/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, and reduced by their own size; one
+/// whose bytes are given as `map` is not opened. The
 /// seconds that it took are added under their stage: `saliency`, or `decoding` for a file.
 ///
 /// # Errors
 /// As [`read_photo`]; [`Error::Core`] where it was cancelled.
 pub fn evaluate(
     source: Source,
+    map: Option<&Vec<u8>>,
     luma: &Field,
     reading: &Reading,
     seconds: &mut BTreeMap<String, f64>,
@@ -174,7 +176,8 @@ pub fn evaluate(
     let mut warning = None;
     let read = |path: &str| {
         let path = Path::new(path);
-        let decoded = read_photo(path, reading, control)?;
+        let mut input = map.map_or_else(|| Input::file(path), |bytes| Input::bytes(path, bytes.clone()));
+        let decoded = input.read(reading, control)?;
         warning = decoded.warning.map(|warning| told(path, &warning));
         Ok::<_, Error>(decoded.photo)
     };

@@ -8,6 +8,7 @@ mod drawn;
 pub mod error;
 pub mod files;
 mod messages;
+pub mod recipe;
 mod scratch;
 mod shell;
 pub mod writing;
@@ -27,6 +28,7 @@ use arguments::Job;
 use command::{COMPLETIONS, HELP_ALL, LIST_PRESETS, MAN, OPTIONS_SCHEMA, command};
 use drawn::Drawn;
 pub use error::{Error, INTERRUPTED, Result};
+use files::Input;
 use messages::in_flags;
 use writing::Target;
 
@@ -53,6 +55,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn()
     let done = match printed(&arguments) {
         _ if arguments.get(1).is_some_and(|first| first == command::STUDIO) => Err(Error::Usage(
             "the studio comes with Python's command, and this one is without: pip install graphstipple[studio]".to_owned(),
+        )),
+        _ if arguments.get(1).is_some_and(|first| first == command::BATCH) => Err(Error::Usage(
+            "batches of photos come with Python's command, and this one is without: pip install graphstipple".to_owned(),
         )),
         Some(text) => text.and_then(|text| print(io::stdout(), text.as_bytes())),
         None => Job::of(arguments).and_then(|job| execute(&job, interrupted)),
@@ -186,7 +191,8 @@ fn watched<T: Send + 'static>(
 
 /// The whole work, from the photo's bytes to those of the outputs.
 fn make(job: &Job, control: &Control) -> Result<Made> {
-    let Drawn { outcome, mut warnings } = drawn::draw(job, control)?;
+    let input = job.photo.as_deref().map_or_else(Input::standard, Input::file);
+    let Drawn { outcome, mut warnings } = drawn::draw(job, input, control)?;
     let drawing = outcome.drawing;
     warnings.extend(job.writer.warning(&drawing));
     let mut made = Made { files: Vec::new(), standard_output: None, stats: outcome.stats, warnings };
@@ -206,7 +212,7 @@ impl Job {
     /// Checks that everything to write can have the size that is asked for, given that of the canvas. Returns the least radius of
     /// a stipple in pixels of the canvas, if there is one.
     fn check_sizes(&self, width: usize, height: usize) -> Result<Option<f64>> {
-        self.writer.check_size(width, height)?;
+        [&self.writer].into_iter().chain(&self.others).try_for_each(|writer| writer.check_size(width, height))?;
         if let Some((_, preview)) = &self.preview {
             raster::size(width, height, *preview)?;
         }

@@ -35,7 +35,7 @@ pub(crate) fn draw(
     let watch = Watch { threads: options.threads, progress };
     let (outcome, warning) = watch::run(py, watch, errors::from_files, move |control| {
         let mut seconds = BTreeMap::new();
-        let evaluated = files::evaluate(source, photo.luma(), &reading, &mut seconds, control)?;
+        let evaluated = files::evaluate(source, None, photo.luma(), &reading, &mut seconds, control)?;
         let mut outcome = draw_owned(photo, evaluated.importance, &options, control)?;
         outcome.stats.add_seconds(seconds);
         Ok((outcome, evaluated.warning))

@@ -39,7 +39,7 @@ impl Session {
         let background = reading.background;
         let (session, seconds, warning) = watch::run(py, Watch::on(threads_of(&reading)), errors::from_files, move |control| {
             let mut seconds = BTreeMap::new();
-            let evaluated = files::evaluate(source, photo.luma(), &reading, &mut seconds, control)?;
+            let evaluated = files::evaluate(source, None, photo.luma(), &reading, &mut seconds, control)?;
             Ok((CoreSession::new(photo, evaluated.importance), seconds, evaluated.warning))
         })?;
         let map = if let Importance::Map(map) = session.importance() { Some(map) } else { None };
