@@ -1,8 +1,8 @@
 """Write requirements-dev.lock: the newest development environment for every Python that is supported.
 
 Run as ``python tools/lock.py python3.10 python3.11 python3.12 python3.13`` (Python 3.11 or newer; the interpreters, oldest first,
-need pip). Every interpreter's pip is asked what it would install for the project's own dependencies, ``studio`` and ``dev``;
-where the answers differ, markers say which Python gets which version, and the newest one's answer holds for newer Pythons too.
+need pip). Every interpreter's pip is asked what it would install for the project's own dependencies, ``studio``, ``dask`` and
+``dev``; where the answers differ, markers say which Python gets which version, and the newest one's answer holds for newer Pythons too.
 """
 
 import json
@@ -54,7 +54,7 @@ def main() -> None:
     """Ask every interpreter named on the command line and write the file."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    requirements = project["dependencies"] + extras["studio"] + extras["dev"]
+    requirements = project["dependencies"] + extras["studio"] + extras["dask"] + extras["dev"]
     resolved = [resolve(python, requirements) for python in sys.argv[1:]]
     (ROOT / "requirements-dev.lock").write_text(HEAD + "\n".join(lines(resolved)) + "\n")
 
