@@ -2,7 +2,8 @@
 
 Run as ``python tools/lock.py python3.10 python3.11 python3.12 python3.13`` (Python 3.11 or newer; the interpreters, oldest first,
 need pip). Every interpreter's pip is asked what it would install for the project's own dependencies, ``studio``, ``dask`` and
-``dev``; where the answers differ, markers say which Python gets which version, and the newest one's answer holds for newer Pythons too.
+``dev``; where the answers differ, markers say which Python gets which version, and the newest one's answer holds for newer Pythons
+too.
 """
 
 import json
