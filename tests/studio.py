@@ -13,19 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.support import hears_ctrl_c
+
 CONSOLE_SCRIPT = Path(sys.executable).with_name("graphstipple")
 
 ADDRESS = re.compile(r"http://127\.0\.0\.1:(\d+)/\?token=([\w-]{40,})")
-
-
-@contextlib.contextmanager
-def hears_ctrl_c() -> Iterator[None]:
-    """Let programs that are started here hear of Ctrl-C, which those in the background of a shell do not."""
-    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, handler)
 
 
 class Running(NamedTuple):

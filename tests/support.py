@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +80,16 @@ def wait_until(condition: Callable[[], object], patience: int = 120) -> None:
             return
         pause.wait(0.01)
     pytest.fail(f"it did not happen within {patience} s")
+
+
+@contextlib.contextmanager
+def hears_ctrl_c() -> Iterator[None]:
+    """Let programs that are started here hear of Ctrl-C, which those in the background of a shell do not."""
+    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 def waits(process: subprocess.Popen[bytes]) -> bool:

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from PIL import Image
 from tests import batches, commands
 from tests.batches import FLAGS, OPTIONS
-from tests.support import wait_until
+from tests.support import hears_ctrl_c, wait_until
 
 import graphstipple as gs
 from graphstipple import _core
@@ -384,7 +384,8 @@ def test_an_output_that_is_gone_ends_the_batch(photos: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_is_stopped_goes_on_later(number: signal.Signals, photos: Path, tmp_path: Path) -> None:
     arguments = [batches.CONSOLE_SCRIPT, "batch", photos, "-o", "out", "-j", "2", "--quiet", *FLAGS]
-    process = subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
+    with hears_ctrl_c():
+        process = subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
     manifest = tmp_path / "out" / "manifest.jsonl"
     wait_until(lambda: manifest.exists() and manifest.read_bytes().count(b"\n") > 3)
     os.killpg(process.pid, number)

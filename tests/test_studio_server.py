@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 from tests import commands, studio, support
-from tests.studio import CONSOLE_SCRIPT, Running, answer, ask, cookie_of, hears_ctrl_c, running
+from tests.studio import CONSOLE_SCRIPT, Running, answer, ask, cookie_of, running
 
 PAGE = "page-of-a-test"
 
@@ -407,7 +407,7 @@ def test_the_browser_is_opened_by_a_file_that_only_the_user_can_read(tmp_path: P
     browser.chmod(0o700)
     command = [CONSOLE_SCRIPT, "studio", "--port", "0"]
     environment = {**os.environ, "BROWSER": str(browser), "TMPDIR": str(tmp_path)}
-    with hears_ctrl_c():
+    with support.hears_ctrl_c():
         process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     found = studio.ADDRESS.search(process.stdout.readline())
@@ -432,7 +432,7 @@ def test_without_a_browser_it_says_so_and_goes_on(named: str | None) -> None:
         environment["BROWSER"] = named
         environment["PATH"] = ""
     command = [CONSOLE_SCRIPT, "studio", "--port", "0"]
-    with hears_ctrl_c():
+    with support.hears_ctrl_c():
         process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     assert process.stderr is not None
