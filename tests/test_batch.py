@@ -7,6 +7,7 @@ import http.server
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -323,7 +324,7 @@ def test_photos_are_admitted_by_their_memory(tmp_path: Path) -> None:
     tasks = (Task(str(log), (str(size),)) for size in wanted)
     came = list(local.draw(tasks, batches.greedy, 3, Admission(100, 4), local.Stop()))
     assert [(task.names, done.sentence) for task, done in came if done.kind == "failed"] == [
-        (("101",), f"{log}: it needs about 0.0 GB of memory, but 0.0 GB are allowed: raise memory")
+        (("101",), f"{log}: it needs about 101 bytes of memory, but 100 bytes are allowed: raise memory")
     ]
     spans = [[int(word) for word in line.split()] for line in log.read_text().splitlines()]
     assert len(spans) == len(wanted) - 1
@@ -340,7 +341,7 @@ def test_memory_is_that_of_the_documents(few: Path, tmp_path: Path) -> None:
     assert memory.needed(b"II*\0no size", options) is None
     assert memory.needed(b"no image", options) == 8
     (result,) = gs.batch(few / "photo 001.png", tmp_path / "out", memory="10kB")
-    assert "it needs about 0.0 GB of memory" in str(result.error)
+    assert re.search(r"it needs about \d+ kB of memory, but 10 kB are allowed", str(result.error))
 
 
 def test_processes_times_threads_are_at_most_the_cores(monkeypatch: pytest.MonkeyPatch) -> None:

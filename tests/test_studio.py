@@ -370,7 +370,7 @@ def test_memory_is_shared_and_given_back(small: NDArray[np.uint8], room: Room) -
     second.join(60)
     budget.take("anybody", budget.memory)
     room.begin(None, budget).receive({"type": "open", "name": "x"}, b"x" * (budget.upload + 1))
-    assert room.paper.wait("refused", of="photo")[0]["sentence"] == "the file has 1 MB, but at most 1 MB are taken"
+    assert room.paper.wait("refused", of="photo")[0]["sentence"] == "the file has 1.05 MB, but at most 1.05 MB are taken"
 
 
 def test_sizes_that_do_not_fit_are_told_beside_the_drawing(small: NDArray[np.uint8], room: Room) -> None:

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from graphstipple._errors import InvalidInputError
+from graphstipple._memory import half_of_the_memory
 from graphstipple.batches import cluster, local
 from graphstipple.batches.local import Stop
 from graphstipple.batches.memory import Admission
 from graphstipple.batches.run import Engine
 from graphstipple.batches.work import Done, Drawing, Task
-from graphstipple.studio.memory import half_of_the_memory
 
 if TYPE_CHECKING:
     from distributed import Client

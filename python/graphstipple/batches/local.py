@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphstipple._errors import GraphStippleError
+from graphstipple._memory import in_words
 from graphstipple.batches import work as works
 from graphstipple.batches.addresses import shown
 from graphstipple.batches.memory import Admission
@@ -198,9 +199,9 @@ def ended_its_worker(task: Task) -> Done:
 
 def too_large(task: Task, done: Done, most: int) -> Done:
     """Return what is said of a photo that would take more memory than there is."""
-    wanted = "an unknown amount" if done.bytes_needed < 0 else f"about {done.bytes_needed / 1e9:.1f} GB"
+    wanted = "an unknown amount" if done.bytes_needed < 0 else f"about {in_words(done.bytes_needed)}"
     done.kind = "failed"
-    done.sentence = f"{shown(task.address)}: it needs {wanted} of memory, but {most / 1e9:.1f} GB are allowed: raise memory"
+    done.sentence = f"{shown(task.address)}: it needs {wanted} of memory, but {in_words(most)} are allowed: raise memory"
     return done
 
 

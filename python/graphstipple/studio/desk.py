@@ -27,6 +27,7 @@ from graphstipple import _core
 from graphstipple._draw import Session
 from graphstipple._errors import GraphStippleError, InvalidInputError
 from graphstipple._flags import flat
+from graphstipple._memory import in_words
 from graphstipple.drawing import Drawing
 from graphstipple.options import Options
 from graphstipple.studio.look import PAINTED, SETTINGS, Look
@@ -76,6 +77,9 @@ EXAMPLE = Path(__file__).parent / "page" / "example.jpg"
 BYTES_A_NODE, BYTES_A_PIXEL = 600, 24
 """What a session, the drawing that is seen and one that is being made take at most, beside docs/performance.md: 570 and 20."""
 
+MOST_UPLOADED = 256 << 20
+"""Bytes of a photo or a map that are taken from a page."""
+
 MOST_SAVES = 8
 """Files that wait to be made."""
 
@@ -111,7 +115,7 @@ class Budget:
             if size > self.memory - others:
                 free = max(self.memory - others, 0)
                 raise InvalidInputError(
-                    f"this would take {_size(size)} of memory, but the studio has {_size(free)} left for it: "
+                    f"this would take {in_words(size)} of memory, but the studio has {in_words(free)} left for it: "
                     "take fewer nodes or a smaller photo"
                 )
             self._taken[desk] = int(size)
@@ -282,7 +286,7 @@ class Desk:
         if data is None:
             raise InvalidInputError(f"the message {kind} comes without bytes")
         if len(data) > self._budget.upload:
-            raise InvalidInputError(f"the file has {_size(len(data))}, but at most {_size(self._budget.upload)} are taken")
+            raise InvalidInputError(f"the file has {in_words(len(data))}, but at most {in_words(self._budget.upload)} are taken")
         if kind == "open":
             name = message.get("name")
             # A name for messages and for the file that is saved: what leads elsewhere is cut off.
@@ -633,8 +637,3 @@ def _png(pixels: npt.NDArray[np.uint8], side: int | None = None) -> bytes:
     # Level 1 is done in a fifth of the time of the usual 6, for a tenth more bytes, which do not travel far.
     image.save(file, "PNG", compress_level=1)
     return file.getvalue()
-
-
-def _size(count: float) -> str:
-    """Return a number of bytes as people write it."""
-    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.0f} MB"

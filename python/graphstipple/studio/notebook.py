@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from graphstipple._errors import MissingPackageError
 from graphstipple._inputs import ImageLike
+from graphstipple._memory import half_of_the_memory
 from graphstipple.drawing import Drawing
 from graphstipple.options import Options
-from graphstipple.studio.desk import Budget, Desk
-from graphstipple.studio.memory import MOST_UPLOADED, half_of_the_memory
+from graphstipple.studio.desk import MOST_UPLOADED, Budget, Desk
 
 MISSING: ImportError | None = None
 """Why there are no widgets, if there are none."""

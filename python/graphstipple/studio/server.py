@@ -29,9 +29,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from graphstipple._errors import InvalidInputError
-from graphstipple.studio.desk import Budget, Desk
+from graphstipple._memory import half_of_the_memory
+from graphstipple.studio.desk import MOST_UPLOADED, Budget, Desk
 from graphstipple.studio.guard import Guard
-from graphstipple.studio.memory import MOST_UPLOADED, half_of_the_memory
 
 PAGE = Path(__file__).parent / "page"
 """The files of the page."""

@@ -1,11 +1,8 @@
-"""How much the studio takes at most."""
+"""Memory: how much the machine has, and how much is told to people."""
 
 from __future__ import annotations
 
 import os
-
-MOST_UPLOADED = 256 << 20
-"""Bytes of a photo or a map that are taken from a page."""
 
 WITHOUT_A_LOOK = 4 << 30
 """Memory, where the system does not say how much it has."""
@@ -17,3 +14,11 @@ def half_of_the_memory() -> int:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
     except (AttributeError, ValueError, OSError):
         return WITHOUT_A_LOOK
+
+
+def in_words(count: float) -> str:
+    """Return a number of bytes as people write it."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{count / size:.3g} {unit}"
+    return f"{count:.0f} bytes"
