@@ -353,7 +353,7 @@ def test_memory_is_shared_and_given_back(small: NDArray[np.uint8], room: Room) -
     room.paper.wait("photo")
     desk.receive({"type": "draw", "id": 1, "look": {"options": {"nodes": 40_000}}})
     sentence = room.paper.wait("refused", of="draw", id=1)[0]["sentence"]
-    assert sentence.startswith("this would take 24 MB of memory, but the studio has 18 MB left for it")
+    assert sentence.startswith("this would take 24.3 MB of memory, but the studio has 18 MB left for it")
     desk.receive({"type": "draw", "id": 2, "look": {"options": {"nodes": 20_000}}})
     room.paper.wait("drawn", id=2)
     other = Paper()
