@@ -8,37 +8,28 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import signal
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleError, ImageFileError, ImageFileNotFoundError, InvalidInputError
+from graphstipple._subcommand import FAILURE, USAGE, Parser, stopped_by_signals, tell
 from graphstipple.batches import engines, sheet
 from graphstipple.batches.addresses import reason
 from graphstipple.batches.local import Stop
-from graphstipple.batches.progress import Progress, tell
+from graphstipple.batches.progress import Progress
 from graphstipple.batches.run import MANIFEST, Asked, BatchResult, Engine, Run
 
-FAILURE, USAGE, BY_SIGNAL = 1, 2, 128
-"""Exit codes, and above which there are those of signals."""
+BY_SIGNAL = 128
+"""The exit code above which there are those of signals."""
 
 SENTENCES = 5
 """Of photos that failed, at the end: the manifest has all."""
 
 STANDARD = "-"
 """Standard input."""
-
-
-class _Parser(argparse.ArgumentParser):
-    """Arguments, told in one sentence where they are wrong."""
-
-    def error(self, message: str) -> NoReturn:
-        """Exit with what is wrong."""
-        tell("error", f"{message} (see {self.prog} --help)")
-        sys.exit(USAGE)
 
 
 class _Flag(argparse.Action):
@@ -74,8 +65,8 @@ def main(arguments: list[str]) -> int:
         return USAGE if isinstance(error, InvalidInputError) else FAILURE
 
 
-def _parser(*, with_all: bool) -> _Parser:
-    parser = _Parser(
+def _parser(*, with_all: bool) -> Parser:
+    parser = Parser(
         prog="graphstipple batch",
         usage="graphstipple batch PHOTO ... -o OUTPUT [OPTIONS]",
         description="Draws many photos, in processes of this machine or on a cluster. What was done already, with the same photo, "
@@ -271,11 +262,5 @@ def _stopping() -> Iterator[tuple[Stop, list[int]]]:
         stop.ask()
         stopped_by.append(number)
 
-    signals = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
-    # What is ignored, as SIGHUP is by nohup, stays so.
-    before = {number: signal.signal(number, ask) for number in signals if signal.getsignal(number) != signal.SIG_IGN}
-    try:
+    with stopped_by_signals(ask):
         yield stop, stopped_by
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

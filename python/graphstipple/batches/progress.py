@@ -16,13 +16,6 @@ BAR_EVERY = 0.2
 """Seconds, where they do not."""
 
 
-def tell(kind: str, sentence: str) -> None:
-    """Say something in one line on standard error, if anybody is there."""
-    with contextlib.suppress(OSError, ValueError, AttributeError):
-        sys.stderr.write(f"graphstipple: {kind}: {' '.join(sentence.split())}\n")
-        sys.stderr.flush()
-
-
 class Progress:
     """Tells how far it is, as long as it is entered.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-import signal
 import sys
 import tempfile
 import threading
@@ -16,18 +15,16 @@ import webbrowser
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleError, ImageFileError, MissingPackageError
 from graphstipple._inputs import MAX_PIXELS, path_to_read
+from graphstipple._subcommand import FAILURE, Parser, stopped_by_signals, tell
 from graphstipple.options import Options
 
 if TYPE_CHECKING:
     import uvicorn
-
-FAILURE, USAGE = 1, 2
-"""Exit codes."""
 
 PORT = 8765
 """The port where no other is asked for: always the same, so that a page finds a studio that was started anew."""
@@ -38,27 +35,18 @@ MOST_BYTES = 1 << 30
 """Bytes of the photo that is begun with: it is kept."""
 
 
-class _Parser(argparse.ArgumentParser):
-    """Arguments, told in one sentence where they are wrong."""
-
-    def error(self, message: str) -> NoReturn:
-        """Exit with what is wrong."""
-        _tell("error", f"{message} (see {self.prog} --help)")
-        sys.exit(USAGE)
-
-
 def main(arguments: list[str]) -> int:
     """Run the command and return its exit code: 0 when Ctrl-C has stopped it."""
     given = _parser().parse_args(arguments)
     try:
         return _run(given.photo, given.port, browse=given.browser)
     except GraphStippleError as error:
-        _tell("error", str(error))
+        tell("error", str(error))
         return FAILURE
 
 
-def _parser() -> _Parser:
-    parser = _Parser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="graphstipple studio",
         description="Opens a page in the browser on which options are turned and the drawing is seen. It is served on this "
         "machine, to this user alone, until Ctrl-C.",
@@ -131,7 +119,7 @@ def _file(photo: str) -> bytes:
         raise ImageFileError(f"{photo}: the file is too large: at most {MOST_BYTES >> 30} GiB are read")
     _, warning, _ = _core.read_photo(path, reading, data)
     if warning:
-        _tell("warning", warning)
+        tell("warning", warning)
     return data
 
 
@@ -144,21 +132,15 @@ def _stopping(running: uvicorn.Server) -> Iterator[None]:
         running.force_exit = running.should_exit
         running.should_exit = True
 
-    signals = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
-    # What is ignored, as SIGHUP is by nohup, stays so.
-    before = {number: signal.signal(number, stop) for number in signals if signal.getsignal(number) != signal.SIG_IGN}
-    try:
+    with stopped_by_signals(stop):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @contextlib.contextmanager
 def _browser(address: str) -> Iterator[None]:
     """Open the address in a browser, through a file that only the user can read: arguments of programs everybody can."""
     if not _has_display():
-        _tell("warning", "there is no display to open a browser on: open the address yourself, or say --no-browser")
+        tell("warning", "there is no display to open a browser on: open the address yourself, or say --no-browser")
         yield
         return
     with contextlib.ExitStack() as stack:
@@ -169,7 +151,7 @@ def _browser(address: str) -> Iterator[None]:
             page.write_text(_redirect(address), encoding="utf-8")
         except OSError as error:
             told = (error.strerror or str(error)).lower()
-            _tell(
+            tell(
                 "warning", f"no browser is opened, since there is no place for a temporary file ({told}): open the address yourself"
             )
         else:
@@ -197,11 +179,4 @@ def _open(page: str) -> None:
     except (webbrowser.Error, OSError):
         opened = False
     if not opened:
-        _tell("warning", "no browser was found: open the address yourself, or say --no-browser")
-
-
-def _tell(kind: str, sentence: str) -> None:
-    """Say something in one line on standard error, if anybody is there."""
-    with contextlib.suppress(OSError, ValueError, AttributeError):
-        sys.stderr.write(f"graphstipple: {kind}: {' '.join(sentence.split())}\n")
-        sys.stderr.flush()
+        tell("warning", "no browser was found: open the address yourself, or say --no-browser")

@@ -489,10 +489,10 @@ class Desk:
         warnings, told = list(drawn.warnings), None
         try:
             sheet = drawn.drawing._core.sheet(look.suffix, look.settings)
+            has_pixels = look.suffix in SETTINGS["dpi"].formats
             if sheet is not None:
-                has_pixels = look.suffix in SETTINGS["dpi"].formats
                 told = {"page": sheet[:2], "drawing": sheet[2:], "unit": "px" if has_pixels else "mm"}
-            is_large = told is not None and told["unit"] == "px" and sheet is not None and sheet[0] * sheet[1] > MOST_MEASURED
+            is_large = has_pixels and sheet is not None and sheet[0] * sheet[1] > MOST_MEASURED
             self._to_measure = None if is_large else drawn
         except GraphStippleError as error:
             # The drawing is there; it cannot be written so.
