@@ -27,6 +27,9 @@ mod drawing;
 mod files;
 
 mod pipeline;
+mod offset;
+mod plot;
+mod rules;
 
 pub mod stages;
 
