@@ -44,3 +44,5 @@ pub use crate::files::{
 pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
 pub use crate::pipeline::{Limits, Trials};
+// What machines can make.
+pub use crate::rules::{Changes, Islands, PROCESSES, Process, ProcessRule, RULES, Rules, enforce};

@@ -1,0 +1,290 @@
+//! Dots that keep the rules. In: regions that keep them, the dots as they were, and what ink the regions have lost and gained; out:
+//! dots that are large enough, with enough room between them and all else.
+//!
+//! # The idea
+//! Dots that keep the rules stay as they are. All others, and all that has changed otherwise, come in the order of a Hilbert curve, and
+//! what they were worth is added to a sum: black that is missing so far, or, below 0, white. Where a dot that is too small was and the
+//! sum is worth half of the least dot, one is drawn, if it has room there, and its area is taken off. So tones are kept as error diffusion keeps
+//! them: where small dots were dense, every so many-th is a large one.
+
+use kurbo::Point;
+
+use crate::base::{Checked, Control, Ink, POLYGON_REACH, Result};
+use crate::drawing::Drawing;
+use crate::outlines::Stipple;
+use crate::rules::near::{Discs, Near, along_curve};
+use crate::rules::rules::{Islands, Rules};
+use crate::rules::shapes::Shapes;
+
+/// A dot that stands for several has at most so many times the area of the least one: larger ones would be seen as such, smaller
+/// ones could not be as dark where dots need room between them.
+const LARGEST: f64 = 4.0;
+
+/// What is missing is forgotten beyond so many least dots: it would be drawn far from where it was.
+const MOST_MISSING: f64 = 16.0;
+
+/// How far a dot may stand from where one was, in its radii, to have room.
+const ASIDE: f64 = 0.8;
+
+/// What has changed somewhere: black that is missing there, in mm^2, or below 0 black that is too much.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Change {
+    pub(super) place: [f64; 2],
+    pub(super) missing: f64,
+}
+
+/// What became of the dots.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct DotCounts {
+    pub(super) kept: usize,
+    /// Made larger, or drawn for several.
+    pub(super) enlarged: usize,
+    /// Made smaller, so that there is room.
+    pub(super) reduced: usize,
+    pub(super) dropped: usize,
+}
+
+/// What happens at a place.
+enum Event {
+    Dot(usize),
+    Change(f64),
+}
+
+struct Placing<'a> {
+    shapes: &'a Shapes<'a>,
+    near: Near,
+    discs: Discs,
+    size: [f64; 2],
+    rules: &'a Rules,
+    /// What may be less than a limit without breaking it, in mm.
+    allowance: f64,
+    placed: Vec<Stipple>,
+    counts: DotCounts,
+}
+
+/// Places the dots.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn place(
+    shapes: &Shapes,
+    old: &[Stipple],
+    changes: &[Change],
+    rules: &Checked<Rules>,
+    allowance: f64,
+    control: &Control,
+) -> Result<(Vec<Stipple>, DotCounts)> {
+    let (scale, drawing) = (shapes.scale, shapes.drawing);
+    let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
+    let side = size[0].max(size[1]);
+    let near = Near::of(&shapes.black, size);
+    let discs = Discs::new(size, old.len());
+    let mut placing =
+        Placing { shapes, near, discs, size, rules, allowance, placed: Vec::new(), counts: DotCounts::default() };
+    let at = |dot: &Stipple| [dot.x * scale, dot.y * scale];
+
+    let mut events: Vec<(u32, Event)> = Vec::with_capacity(old.len() + changes.len());
+    events.extend(old.iter().enumerate().map(|(index, dot)| (along_curve(at(dot), side), Event::Dot(index))));
+    events.extend(changes.iter().map(|change| (along_curve(change.place, side), Event::Change(change.missing))));
+    // What is equal stays in its order.
+    events.sort_by_key(|(along, _)| *along);
+
+    // Those that may stay as they are come first, wherever the others would like to be.
+    let mut stays = vec![None; old.len()];
+    for (count, (_, event)) in events.iter().enumerate() {
+        if count.is_multiple_of(1 << 12) {
+            control.check()?;
+        }
+        if let Event::Dot(index) = *event {
+            stays[index] = placing.as_it_is(&old[index]);
+        }
+    }
+    let mut missing = 0.0;
+    for (count, (_, event)) in events.iter().enumerate() {
+        if count.is_multiple_of(1 << 12) {
+            control.check()?;
+        }
+        match *event {
+            Event::Change(by) => missing += by,
+            Event::Dot(index) => {
+                let dot = &old[index];
+                let sign = if dot.ink == Ink::Black { 1.0 } else { -1.0 };
+                let area = |radius: f64| std::f64::consts::PI * (radius * scale).powi(2);
+                missing += sign * area(dot.radius);
+                if let Some(radius) = stays[index] {
+                    missing -= sign * area(radius);
+                } else if let Some(drawn) = placing.in_place_of(dot, sign * missing) {
+                    missing -= sign * area(drawn.radius);
+                    placing.counts.enlarged += 1;
+                } else {
+                    placing.counts.dropped += 1;
+                }
+            }
+        }
+        let most = MOST_MISSING * placing.least_area(Ink::Black).max(placing.least_area(Ink::White));
+        if most > 0.0 {
+            missing = missing.clamp(-most, most);
+        }
+    }
+    Ok((placing.placed, placing.counts))
+}
+
+impl Placing<'_> {
+    /// The area of the least dot of an ink, in mm^2.
+    fn least_area(&self, ink: Ink) -> f64 {
+        std::f64::consts::PI * (0.5 * self.rules.least_dot(ink)).powi(2)
+    }
+
+    /// Whether dots of an ink may be: a white one is an island.
+    fn may_be(&self, ink: Ink) -> bool {
+        ink == Ink::Black || self.rules.islands != Islands::Bridge
+    }
+
+    /// How much must lie between a dot of a radius in mm and what has its ink, so that nothing of the other ink there is too narrow; at
+    /// least so much that their polygons do not touch.
+    fn clearance(&self, ink: Ink, radius: f64) -> f64 {
+        let polygons = radius * (POLYGON_REACH - 1.0) + 2.0 * self.shapes.drawing.flattening_tolerance() * self.shapes.scale;
+        self.rules.narrowest(ink.other()).max(polygons)
+    }
+
+    /// The largest radius of a dot around a place in mm, up to `wanted`; below 0 if something is too near.
+    fn room(&self, p: [f64; 2], ink: Ink, wanted: f64) -> f64 {
+        let clearance = self.clearance(ink, wanted);
+        let reach = wanted + clearance;
+        let frame = p.into_iter().chain([0, 1].map(|axis| self.size[axis] - p[axis])).fold(f64::INFINITY, f64::min);
+        // The sheet goes on beyond the frame; black ends there.
+        let to_frame = if ink == Ink::White { frame } else { frame + clearance - wanted * (POLYGON_REACH - 1.0) };
+        let to_edges = self.near.distance(p, reach);
+        self.discs.distance(p, reach).min(to_edges).min(to_frame) - clearance
+    }
+
+    fn add(&mut self, dot: Stipple) {
+        let scale = self.shapes.scale;
+        self.discs.add([dot.x * scale, dot.y * scale], dot.radius * scale);
+        self.placed.push(dot);
+    }
+
+    /// Places a dot that is large enough, as it is or smaller; its radius in pixels.
+    fn as_it_is(&mut self, dot: &Stipple) -> Option<f64> {
+        let scale = self.shapes.scale;
+        let (p, radius) = ([dot.x * scale, dot.y * scale], dot.radius * scale);
+        let least = 0.5 * (self.rules.least_dot(dot.ink) - self.allowance);
+        if radius < least || !self.may_be(dot.ink) || self.near.ink(p) == dot.ink {
+            return None;
+        }
+        let room = self.room(p, dot.ink, radius + self.allowance);
+        if room >= radius - self.allowance.min(0.5 * self.rules.narrowest(dot.ink.other())) {
+            self.add(*dot);
+            self.counts.kept += 1;
+            return Some(dot.radius);
+        }
+        if room < least || self.rules.least_dot(dot.ink) == 0.0 {
+            return None;
+        }
+        let smaller = Stipple::on_grid(Point::new(dot.x, dot.y), room / scale, self.shapes.drawing.units, dot.ink);
+        // The grid moves its centre.
+        let fits = smaller.radius * scale >= least
+            && self.room([smaller.x * scale, smaller.y * scale], dot.ink, smaller.radius * scale) >= smaller.radius * scale - self.allowance;
+        if !fits {
+            return None;
+        }
+        self.add(smaller);
+        self.counts.reduced += 1;
+        Some(smaller.radius)
+    }
+
+    /// Places a dot of at least the least size where one is that is too small, if so much of its ink is missing, in mm^2, and if it
+    /// has room there or beside it.
+    fn in_place_of(&mut self, dot: &Stipple, missing: f64) -> Option<Stipple> {
+        let (scale, ink, units) = (self.shapes.scale, dot.ink, self.shapes.drawing.units);
+        let least_area = self.least_area(ink);
+        if least_area == 0.0 || !self.may_be(ink) || missing < 0.5 * least_area {
+            return None;
+        }
+        let centre = [dot.x * scale, dot.y * scale];
+        if self.near.ink(centre) == ink {
+            return None;
+        }
+        // Rounded down to the grid it must still be large enough.
+        let least = 0.5 * self.rules.least_dot(ink) + 0.02 / units * scale;
+        let wanted = (missing.clamp(least_area, LARGEST * least_area) / std::f64::consts::PI).sqrt().max(least);
+        let places = std::iter::once(centre).chain(aside(centre, ASIDE * least));
+        for p in places {
+            if !(p[0] > 0.0 && p[1] > 0.0 && p[0] < self.size[0] && p[1] < self.size[1]) || self.near.ink(p) == ink {
+                continue;
+            }
+            let room = self.room(p, ink, wanted);
+            if room < least {
+                continue;
+            }
+            let radius = room.min(wanted) / scale;
+            let drawn = Stipple::on_grid(Point::new(p[0] / scale, p[1] / scale), radius, units, ink);
+            let (at, own) = ([drawn.x * scale, drawn.y * scale], drawn.radius * scale);
+            if own >= 0.5 * self.rules.least_dot(ink) && self.room(at, ink, own) >= own - 0.5 * self.allowance {
+                self.add(drawn);
+                return Some(drawn);
+            }
+        }
+        None
+    }
+}
+
+/// Places around a place: eight, at a distance.
+fn aside(p: [f64; 2], distance: f64) -> impl Iterator<Item = [f64; 2]> {
+    const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    let directions = [
+        [1.0, 0.0],
+        [0.0, 1.0],
+        [-1.0, 0.0],
+        [0.0, -1.0],
+        [DIAGONAL, DIAGONAL],
+        [-DIAGONAL, DIAGONAL],
+        [-DIAGONAL, -DIAGONAL],
+        [DIAGONAL, -DIAGONAL],
+    ];
+    directions.into_iter().map(move |[x, y]| [p[0] + distance * x, p[1] + distance * y])
+}
+
+/// Changes where areas came or went: the whole of it in its middle, or in parts along its outline where it is large.
+pub(super) fn changes_of(areas: &[crate::offset::Polygon], sign: f64, part: f64) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for area in areas {
+        let missing = sign * crate::offset::area(std::slice::from_ref(area));
+        let ring = &area[0];
+        let parts = ((missing.abs() / part.max(1e-9)) as usize).clamp(1, ring.len());
+        for k in 0..parts {
+            let place = if parts == 1 {
+                let sum = ring.iter().fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+                sum.map(|v| v / ring.len() as f64)
+            } else {
+                ring[k * ring.len() / parts]
+            };
+            changes.push(Change { place, missing: missing / parts as f64 });
+        }
+    }
+    changes
+}
+
+/// Black in mm^2 on a drawing: regions with what is in them, and dots.
+pub(super) fn black_of(drawing: &Drawing, scale: f64) -> f64 {
+    use kurbo::Shape as _;
+    use rayon::prelude::*;
+    let of_region = |index: usize| -> f64 {
+        let region = &drawing.regions[index];
+        let rings = std::iter::once(&region.exterior).chain(&region.holes);
+        rings.map(|ring| drawing.ring_path(ring).area()).sum()
+    };
+    let regions: f64 = (0..drawing.regions.len())
+        .into_par_iter()
+        .filter(|i| drawing.regions[*i].ink == Ink::Black)
+        .map(of_region)
+        .collect::<Vec<f64>>()
+        .iter()
+        .sum();
+    let dots: f64 = drawing
+        .stipples
+        .iter()
+        .map(|dot| std::f64::consts::PI * dot.radius * dot.radius * if dot.ink == Ink::Black { 1.0 } else { -1.0 })
+        .sum();
+    (regions + dots) * scale * scale
+}
