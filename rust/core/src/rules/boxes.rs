@@ -21,6 +21,11 @@ impl Bounds {
         Self([left - by, top - by, right + by, bottom + by])
     }
 
+    pub(super) fn longer_side(self) -> f64 {
+        let [left, top, right, bottom] = self.0;
+        (right - left).max(bottom - top)
+    }
+
     fn meets(self, other: Self) -> bool {
         let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
         a <= g && e <= c && b <= h && f <= d

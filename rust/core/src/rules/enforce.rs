@@ -10,16 +10,16 @@
 //! Each round opens with a disc a hair smaller than the last one did, so that what an earlier one has left is not looked at again for
 //! what is rounded in between. The largest of these is what the rules say, the smallest still above what a check looks for.
 
-use serde::Serialize;
-
 use crate::base::{Checked, Control, Error, Ink, Pool, Result, signed_area};
 use crate::drawing::{Drawing, Loose, put_together};
 use crate::offset::{Polygon, intersection, offset, subtracted, united};
 use crate::rules::areas::Nesting;
 use crate::rules::boxes::{Bounds, Boxes, zone};
+use crate::rules::changes::Changes;
+use crate::rules::check::{allowance, tolerance_of};
 use crate::rules::dots::{Change, DotCounts, black_of, changes_of, place};
 use crate::rules::rules::Rules;
-use crate::rules::shapes::{Area, Shapes, tolerance_for};
+use crate::rules::shapes::{Area, Shapes};
 use crate::rules::thin::{Opened, with_rim};
 
 /// Rounds of opening and closing.
@@ -27,40 +27,6 @@ const ROUNDS: usize = 3;
 
 /// Rounds in which what is too narrow grows.
 const REPAIRS: usize = 12;
-
-/// What is allowed to be narrower than a limit, in mm, and as a share of it: finer than it can be measured.
-pub(super) const ALLOWANCE: f64 = 0.02;
-pub(super) const ALLOWANCE_OF_LIMIT: f64 = 0.1;
-
-/// What may be less than a limit without breaking it, in mm.
-pub(super) fn allowance(limit: f64) -> f64 {
-    ALLOWANCE.min(ALLOWANCE_OF_LIMIT * limit)
-}
-
-/// What [`enforce`] did.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Changes {
-    /// Dots that stay as they were.
-    pub dots_kept: usize,
-    /// Dots that were too small and are larger now, many of them in the place of several.
-    pub dots_enlarged: usize,
-    /// Dots that are smaller now, so that there is room around them.
-    pub dots_reduced: usize,
-    /// Dots that were left out.
-    pub dots_dropped: usize,
-    /// Regions that were too small and are filled.
-    pub areas_filled: usize,
-    /// Black parts that were too thin.
-    pub features: usize,
-    /// White parts that were too thin.
-    pub gaps: usize,
-    /// Rounds of opening and closing.
-    pub rounds: usize,
-    /// Mean tone before, 0 black to 1 white.
-    pub tone_before: f64,
-    /// Mean tone now.
-    pub tone: f64,
-}
 
 struct Work<'a> {
     rules: &'a Checked<Rules>,
@@ -81,9 +47,7 @@ struct Work<'a> {
 /// [`Error::Input`] if nothing would be left, [`Error::Cancelled`].
 pub fn enforce(drawing: &Drawing, rules: &Checked<Rules>, scale: f64, control: &Control) -> Result<(Drawing, Changes)> {
     Pool::new(None).run(|| {
-        let limits = [rules.min_feature, rules.min_gap, rules.min_dot, rules.min_area.map(f64::sqrt)];
-        let finest = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
-        let tolerance = tolerance_for(if finest.is_finite() { finest } else { 1.0 });
+        let tolerance = tolerance_of(rules);
         let canvas = (drawing.width * drawing.height) as f64 * scale * scale;
         let tone = |drawing: &Drawing| 1.0 - black_of(drawing, scale) / canvas;
         let shapes = Shapes::new(drawing, scale, tolerance);

@@ -3,12 +3,18 @@
 
 mod areas;
 mod boxes;
+mod changes;
+mod check;
 mod dots;
 mod enforce;
 mod near;
+mod report;
 mod rules;
 mod shapes;
 mod thin;
 
-pub use enforce::{Changes, enforce};
+pub use changes::Changes;
+pub use check::check;
+pub use enforce::enforce;
+pub use report::{Kind, Report, Violation};
 pub use rules::{Islands, PROCESSES, Process, ProcessRule, RULES, Rules};

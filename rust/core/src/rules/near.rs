@@ -49,6 +49,25 @@ impl Near {
         least
     }
 
+    /// How far the nearest edge is, and its point that is nearest, if it is within reach.
+    pub(super) fn nearest(&self, p: [f64; 2], reach: f64) -> Option<(f64, [f64; 2])> {
+        let at = Point::new(p[0], p[1]);
+        let mut best: Option<(f64, u32)> = None;
+        self.cells.around(p, reach, |number| {
+            let [a, b] = self.edges[number as usize].map(|[x, y]| Point::new(x, y));
+            let distance = distance_to_segment(at, a, b);
+            let is_nearer = best.is_none_or(|(least, other)| distance < least || distance == least && number < other);
+            if distance < reach && is_nearer {
+                best = Some((distance, number));
+            }
+        });
+        best.map(|(distance, number)| {
+            let [a, b] = self.edges[number as usize].map(|[x, y]| Point::new(x, y));
+            let Point { x, y } = nearest_on(at, [a, b]);
+            (distance, [x, y])
+        })
+    }
+
     /// What the regions have at a place.
     pub(super) fn ink(&self, [x, y]: [f64; 2]) -> Ink {
         let mut crossed = false;
@@ -110,6 +129,66 @@ impl Grid {
             let range = self.starts[first] as usize..self.starts[last + 1] as usize;
             self.numbers[range].iter().for_each(|number| visit(*number));
         }
+    }
+}
+
+/// The point of a segment that is nearest to another one.
+pub(super) fn nearest_on(p: Point, [a, b]: [Point; 2]) -> Point {
+    let along = b - a;
+    let t = ((p - a).dot(along) / along.hypot2()).clamp(0.0, 1.0);
+    // Both ends in one place: the fraction is not a number.
+    if t.is_nan() { a } else { a + along * t }
+}
+
+/// Discs that are all known, by cells, to be asked which are near each other.
+pub(super) struct Pairs<'a> {
+    discs: &'a [([f64; 2], f64)],
+    cells: Grid,
+    largest: f64,
+}
+
+impl<'a> Pairs<'a> {
+    pub(super) fn of(discs: &'a [([f64; 2], f64)], size: [f64; 2]) -> Self {
+        let largest = discs.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
+        let points: Vec<[[f64; 2]; 2]> = discs.iter().map(|(centre, _)| [*centre; 2]).collect();
+        let side = (size[0] * size[1] / discs.len().max(1) as f64).sqrt();
+        Self { discs, cells: Grid::of(&points, size, [side; 2]), largest }
+    }
+
+    /// The discs that lie beside this one and whose rims are nearer than `reach`, with how far they are, nearest first: of two in one
+    /// direction the nearer one.
+    pub(super) fn neighbours(&self, number: usize, reach: f64) -> Vec<(f64, usize)> {
+        let (centre, radius) = self.discs[number];
+        let mut near: Vec<(f64, usize)> = Vec::new();
+        self.cells.around(centre, reach + radius + self.largest, |other| {
+            let other = other as usize;
+            let (at, size) = self.discs[other];
+            let [x, y] = [at[0] - centre[0], at[1] - centre[1]];
+            let distance = (x * x + y * y).sqrt() - radius - size;
+            if other != number && distance < reach {
+                near.push((distance, other));
+            }
+        });
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut beside: Vec<(f64, usize)> = Vec::new();
+        for (distance, other) in near {
+            let out = |number: usize| [0, 1].map(|axis| self.discs[number].0[axis] - centre[axis]);
+            let [x, y] = out(other);
+            // Within 60 degrees of a nearer one it lies behind it.
+            let is_behind = |(_, nearer): &(f64, usize)| {
+                let [u, v] = out(*nearer);
+                let dot = x * u + y * v;
+                dot > 0.0 && dot * dot > 0.25 * (x * x + y * y) * (u * u + v * v)
+            };
+            if !beside.iter().any(is_behind) {
+                beside.push((distance, other));
+            }
+            // There are no more than six directions.
+            if beside.len() == 6 {
+                break;
+            }
+        }
+        beside
     }
 }
 

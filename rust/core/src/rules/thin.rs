@@ -9,11 +9,16 @@ use rayon::prelude::*;
 
 use crate::base::{Ink, Result, distance_to_segment};
 use crate::offset::{Polygon, offset, subtracted};
+use crate::rules::boxes::Bounds;
+use crate::rules::near::nearest_on;
 use kurbo::{Point, Vec2};
 
 /// What is left is moved out by so many tolerances more than it was moved in, or what is lost would be slivers along all of its
 /// outline: moving in and out simplifies and so is off by up to three.
 const SLACK: f64 = 4.0;
+
+/// Parts that are no longer than so many tolerances are none: where a disc does not fit into a neck, however short, it does not for some way.
+const DUST: f64 = 6.0;
 
 /// Areas that are opened by a disc of this diameter, or closed, and what they have lost or gained by that.
 pub(super) struct Opened {
@@ -32,7 +37,9 @@ impl Opened {
         let sign = if ink == Ink::Black { -1.0 } else { 1.0 };
         let moved = offset(black, sign * 0.5 * diameter, tolerance)?;
         let areas = offset(&moved, -sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
-        let thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
+        let mut thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
+        // Where outlines nearly lie on each other there is dust.
+        thin.retain(|part| Bounds::of(&part[0]).longer_side() > DUST * tolerance);
         Ok(Self { areas, thin })
     }
 
@@ -160,10 +167,7 @@ fn measured(part: Polygon, own: &Points, arcs: &Points, diameter: f64) -> Option
             edges.push(Edge { ends, side: is_own.then_some(side) });
         }
     }
-    let bounds = part[0].iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, [x, y]| {
-        [b[0].min(*x), b[1].min(*y), b[2].max(*x), b[3].max(*y)]
-    });
-    let extent = (bounds[2] - bounds[0]).max(bounds[3] - bounds[1]);
+    let extent = Bounds::of(&part[0]).longer_side();
     let (kind, width, length, place) = match contacts {
         0 => {
             let (width, place) = widest(&part, diameter);
@@ -205,12 +209,6 @@ fn narrowest(edges: &[Edge]) -> Option<(f64, Point)> {
         }
     }
     best
-}
-
-fn nearest_on(p: Point, [a, b]: [Point; 2]) -> Point {
-    let along = b - a;
-    let t = ((p - a).dot(along) / along.hypot2()).clamp(0.0, 1.0);
-    if t.is_nan() { a } else { a + along * t }
 }
 
 /// How far the outline lies from where what is left begins, at most, and where.

@@ -1,0 +1,28 @@
+//! What was done to a drawing so that it keeps the rules.
+
+use serde::Serialize;
+
+/// What [`crate::stages::enforce`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Changes {
+    /// Dots that stay as they were.
+    pub dots_kept: usize,
+    /// Dots that were too small and are larger now, many of them in the place of several.
+    pub dots_enlarged: usize,
+    /// Dots that are smaller now, so that there is room around them.
+    pub dots_reduced: usize,
+    /// Dots that were left out.
+    pub dots_dropped: usize,
+    /// Regions that were too small and are filled.
+    pub areas_filled: usize,
+    /// Black parts that were too thin.
+    pub features: usize,
+    /// White parts that were too thin.
+    pub gaps: usize,
+    /// Rounds of opening and closing.
+    pub rounds: usize,
+    /// Mean tone before, 0 black to 1 white.
+    pub tone_before: f64,
+    /// Mean tone now.
+    pub tone: f64,
+}
