@@ -45,4 +45,5 @@ pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
 pub use crate::pipeline::{Limits, Trials};
 // What falls out of a stencil, and what keeps it in.
-pub use crate::rules::{Bridge, Bridged, Bridging, bridge};
+pub use crate::offset::Polygon;
+pub use crate::rules::{Bridge, Bridged, Bridging, Island, bridge, islands, islands_between, straight};

@@ -225,7 +225,8 @@ fn run(
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
     let components = stages.run_unless_kept(Step::Outlines, &mut memory.components, needs.at(Stage::Labels), connected)?;
     let outlined = stages.run_unless_kept(Step::Outlines, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
-        let graph = Labelled { triangulation: &triangulation, labels: &labels, components: &components, cells: &cells, bands: None };
+        let graph =
+            Labelled { triangulation: &triangulation, labels: &labels, components: &components, cells: &cells, bands: None };
         graph.outlined(canvas, factor, needs, provenance.clone(), control)
     })?;
     let outlined = signed(outlined, provenance, needs.at(Stage::Outlines), &mut memory.outlines);

@@ -90,7 +90,7 @@ impl Drawn<'_> {
         let graph = &self.triangulation.graph;
         let mut nearest: Vec<Option<(f64, Rim)>> = vec![None; self.labels.len()];
         let mut open = BinaryHeap::new();
-        let mut meet = |node: u32, rim: Rim, open: &mut BinaryHeap<Reached>, nearest: &mut Vec<Option<(f64, Rim)>>| {
+        let meet = |node: u32, rim: Rim, open: &mut BinaryHeap<Reached>, nearest: &mut Vec<Option<(f64, Rim)>>| {
             let distance = self.distance(self.place(node), rim);
             let known = &mut nearest[node as usize];
             if distance < most && known.is_none_or(|(known, _)| distance < known) {
@@ -138,7 +138,9 @@ impl Drawn<'_> {
         let least = KEPT * half;
         let nearest = self.nearest_rims(2.0 * half, control)?;
         let is_wide = |node: u32| {
-            self.is_white(node) && !self.is_dot[node as usize] && nearest[node as usize].is_none_or(|(distance, _)| distance >= least)
+            self.is_white(node)
+                && !self.is_dot[node as usize]
+                && nearest[node as usize].is_none_or(|(distance, _)| distance >= least)
         };
         let mut sets = Sets::new(count);
         for node in (0..count as u32).filter(|node| is_wide(*node)) {

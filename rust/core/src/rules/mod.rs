@@ -2,9 +2,16 @@
 //! them, and a drawing that keeps them.
 
 mod bridges;
+mod bridging;
 mod cores;
+mod islands;
+mod nesting;
 mod pieces;
 mod steiner;
+mod straight;
 mod ways;
 
-pub use bridges::{Bridge, Bridged, Bridging, bridge};
+pub use bridges::bridge;
+pub use bridging::{Bridge, Bridged, Bridging};
+pub use islands::{Island, islands, islands_between};
+pub use straight::straight;

@@ -32,12 +32,7 @@ pub(super) trait Network {
 ///
 /// # Runtime
 /// n log n in the number of nodes and edges.
-pub(super) fn steiner_tree(
-    network: &impl Network,
-    terminals: &[u32],
-    count: usize,
-    control: &Control,
-) -> Result<Vec<[u32; 2]>> {
+pub(super) fn steiner_tree(network: &impl Network, terminals: &[u32], count: usize, control: &Control) -> Result<Vec<[u32; 2]>> {
     let reached = Reached::from_terminals(network, terminals, control)?;
     let mut ways: Vec<Way> = Vec::new();
     for node in 0..terminals.len() {
@@ -123,8 +118,18 @@ impl Reached {
         let nodes = terminals.len();
         let costs = terminals.iter().map(|terminal| if *terminal == NONE { f64::INFINITY } else { 0.0 }).collect();
         let mut reached = Self { terminals: terminals.to_vec(), costs, before: (0..nodes as u32).collect() };
-        let of_terminals = (0..nodes as u32).filter(|node| terminals[*node as usize] != NONE);
-        let mut open: BinaryHeap<Next> = of_terminals.map(|node| Next { cost: 0.0, node }).collect();
+        // Ways begin where terminals end.
+        let is_at_end = |node: &u32| {
+            let own = terminals[*node as usize];
+            let mut others = own;
+            if own != NONE {
+                network.for_each_edge(*node as usize, |other, _| {
+                    others = if terminals[other] == own { others } else { terminals[other] }
+                });
+            }
+            others != own
+        };
+        let mut open: BinaryHeap<Next> = (0..nodes as u32).filter(is_at_end).map(|node| Next { cost: 0.0, node }).collect();
         let mut count = 0;
         while let Some(Next { cost, node }) = open.pop() {
             // Reached more cheaply meanwhile.

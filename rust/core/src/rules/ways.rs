@@ -162,12 +162,12 @@ impl Sheet<'_> {
         let depth = |distance: &f32| if distance.is_finite() { half - distance } else { f32::NAN };
         let mut banded = Banded { depths: near.distances.iter().map(depth).collect(), is_added, small_dots: Vec::new() };
         self.sweep_crumbs(&mut banded, CRUMB * f64::from(4.0 * half * half));
-        self.clear_dots(&mut banded, radius, half);
+        self.clear_dots(&mut banded, radius);
         Ok(banded)
     }
 
     /// Black dots that reach into bands become smaller, or white where little would be left of them.
-    fn clear_dots(&mut self, banded: &mut Banded, radius: impl Fn(u32) -> f32, half: f32) {
+    fn clear_dots(&mut self, banded: &mut Banded, radius: impl Fn(u32) -> f32) {
         let Components { ids, sizes } = components(&self.triangulation.graph, &self.labels);
         let is_dot = |node: usize| self.labels[node] == 0 && sizes[ids[node] as usize] == 1 && banded.depths[node].is_finite();
         for node in (0..ids.len()).filter(|node| is_dot(*node)).collect::<Vec<_>>() {
