@@ -44,3 +44,7 @@ pub use crate::files::{
 pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
 pub use crate::pipeline::{Limits, Trials};
+// Areas moved in and out.
+pub use crate::offset::{Polygon, area, closed, intersection, offset, opened, subtracted, united};
+// Paths for pens.
+pub use crate::plot::{Fill, PEN_SETTINGS, Path, Pen, PenDots, PenOrder, PenSetting, Plot, PlotLayer, picture, plot};

@@ -27,6 +27,7 @@ mod write_path;
 use crate::base::{Checked, Control, Error, Pool, Result, or_nearest};
 use crate::drawing::{Drawing, Ring, RingPart};
 
+pub(crate) use export::length;
 pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};

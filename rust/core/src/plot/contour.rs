@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use kurbo::Point;
 
-use crate::base::Result;
+use crate::base::{Control, Result};
 use crate::offset::{Polygon, SIMPLIFIED, offset};
 use crate::plot::middle::middles;
 use crate::plot::path::Path;
@@ -41,11 +41,12 @@ const ACROSS: f64 = 4.0 * SIMPLIFIED;
 ///
 /// # Errors
 /// As [`offset`] and [`middles`].
-pub(super) fn contours(polygon: &Polygon, spacing: Spacing) -> Result<Filled> {
+pub(super) fn contours(polygon: &Polygon, spacing: Spacing, control: &Control) -> Result<Filled> {
     let Outlined { rims: mut level, mut lines, thin } = outlined(polygon, spacing)?;
     let mut nest = Nest::default();
     let mut outer = 0..0;
     while !level.is_empty() {
+        control.check()?;
         let inner = nest.add(&level);
         nest.join(&outer, &inner, spacing.apart + ACROSS);
         outer = inner;
@@ -350,7 +351,7 @@ mod tests {
 
     #[test]
     fn a_square_is_filled_by_one_line() {
-        let filled = contours(&vec![square(0.0, 10.0, false)], SPACING).unwrap();
+        let filled = contours(&vec![square(0.0, 10.0, false)], SPACING, &Control::new()).unwrap();
         // The last ring leaves a place in the middle that one press covers.
         assert_eq!((filled.paths.len(), filled.thin), (2, 0));
         assert_eq!(filled.paths[1].points.len(), 1);
@@ -362,7 +363,7 @@ mod tests {
 
     #[test]
     fn holes_stay_open_and_all_rings_are_joined() {
-        let filled = contours(&vec![square(0.0, 10.0, false), square(4.0, 2.0, true)], SPACING).unwrap();
+        let filled = contours(&vec![square(0.0, 10.0, false), square(4.0, 2.0, true)], SPACING, &Control::new()).unwrap();
         assert_eq!(filled.paths.iter().filter(|path| path.is_closed).count(), 1);
         let path = &filled.paths[0];
         let to_hole = |p: &[f64; 2]| p.map(|v| (4.0 - v).max(v - 6.0).max(0.0)).iter().map(|d| d * d).sum::<f64>().sqrt();
@@ -374,10 +375,10 @@ mod tests {
     #[test]
     fn what_is_narrower_than_the_pen_is_one_line_and_counted() {
         let strip = vec![vec![[0.0, 0.0], [10.0, 0.0], [10.0, 0.2], [0.0, 0.2]]];
-        let filled = contours(&strip, SPACING).unwrap();
+        let filled = contours(&strip, SPACING, &Control::new()).unwrap();
         assert_eq!((filled.paths.len(), filled.thin), (1, 1));
         let speck = vec![square(3.0, 0.1, false)];
-        let filled = contours(&speck, SPACING).unwrap();
+        let filled = contours(&speck, SPACING, &Control::new()).unwrap();
         let [Path { points, is_closed: false }] = &filled.paths[..] else { panic!("{filled:?}") };
         assert!(points.len() == 1 && points[0].iter().all(|v| (v - 3.05).abs() < 1e-9) && filled.thin == 1, "{filled:?}");
     }
@@ -386,7 +387,7 @@ mod tests {
     fn wide_strips_have_lines_between_where_no_ring_fits() {
         // Two lines at the rims leave a gap of .21 mm.
         let strip = vec![vec![[0.0, 0.0], [10.0, 0.0], [10.0, 0.81], [0.0, 0.81]]];
-        let filled = contours(&strip, SPACING).unwrap();
+        let filled = contours(&strip, SPACING, &Control::new()).unwrap();
         assert_eq!(filled.paths.len(), 2, "{filled:?}");
         assert!(!filled.paths[1].is_closed && filled.paths[1].points.iter().all(|p| (p[1] - 0.405).abs() < 0.03));
     }

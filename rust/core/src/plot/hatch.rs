@@ -189,7 +189,7 @@ mod tests {
                 }
             }
         }
-        // Two rims, and a line before the hole with one of its sides, and one on the other side.
-        assert_eq!(filled.paths.len(), 4);
+        // Two rims; before the hole and on its one side, on its other side, and behind it.
+        assert_eq!(filled.paths.len(), 5);
     }
 }
