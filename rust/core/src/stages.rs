@@ -40,6 +40,11 @@ pub use crate::files::{
     Area, Curves, Dots, Elements, Ground, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, SETTINGS,
     Setting, Sheet, Style, Unit, Writer, named_length, raster,
 };
+// Paths for pens, and the machines that draw them.
+pub use crate::plot::{
+    Corner, Cornering, Limit, Machine, MachineFormat, PROFILE_KEYS, Path, Plot, PlotLayer, ProfileKey, ShippedProfile, Timing,
+    Upward,
+};
 // The whole method, giving back its memory as it goes.
 pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
