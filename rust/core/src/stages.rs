@@ -46,5 +46,8 @@ pub use crate::pipeline::draw_owned;
 pub use crate::pipeline::{Limits, Trials};
 // Areas moved in and out.
 pub use crate::offset::{Polygon, area, closed, intersection, offset, opened, subtracted, united};
-// Paths for pens.
-pub use crate::plot::{Fill, PEN_SETTINGS, Path, Pen, PenDots, PenOrder, PenSetting, Plot, PlotLayer, picture, plot};
+// Paths for pens, and the machines that draw them.
+pub use crate::plot::{
+    Corner, Cornering, Fill, Limit, Machine, MachineFormat, PEN_SETTINGS, PROFILE_KEYS, Path, Pen, PenDots, PenOrder, PenSetting, Plot,
+    PlotLayer, ProfileKey, ShippedProfile, Timing, Upward, picture, plot,
+};

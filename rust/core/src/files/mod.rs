@@ -31,6 +31,7 @@ pub(crate) use export::length;
 pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
+pub(crate) use svg::{INKSCAPE, NAMESPACE, escape, hexadecimal};
 
 /// A format that drawings are written in. [`Format::ALL`] is the table of them: the suffix says which one a file has, and help,
 /// messages, documentation and tests are driven by the rest.

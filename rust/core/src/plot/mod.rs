@@ -2,18 +2,30 @@
 //! drawn, the time that a machine takes for them, and files for machines.
 
 mod assembly;
+mod commands;
 mod contour;
+mod digits;
 mod dots;
+mod gcode;
 mod hatch;
+mod hpgl;
+mod machine;
 mod middle;
+mod motion;
 mod order;
 mod path;
 mod picture;
+mod placing;
 mod plot;
+mod profile;
 mod settings;
+mod svg;
 
 pub use assembly::plot;
+pub use machine::{Corner, Cornering, Limit, Machine, MachineFormat, Upward};
+pub use motion::Timing;
 pub use path::{Path, PlotLayer};
 pub use picture::picture;
 pub use plot::Plot;
+pub use profile::{PROFILE_KEYS, ProfileKey, ShippedProfile};
 pub use settings::{Fill, PEN_SETTINGS, Pen, PenDots, PenOrder, PenSetting};
