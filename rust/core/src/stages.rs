@@ -48,6 +48,6 @@ pub use crate::pipeline::{Limits, Trials};
 pub use crate::offset::{Polygon, area, closed, intersection, offset, opened, subtracted, united};
 // Paths for pens, and the machines that draw them.
 pub use crate::plot::{
-    Corner, Cornering, Fill, Limit, Machine, MachineFormat, PEN_SETTINGS, PROFILE_KEYS, Path, Pen, PenDots, PenOrder, PenSetting, Plot,
-    PlotLayer, ProfileKey, ShippedProfile, Timing, Upward, picture, plot,
+    Corner, Cornering, Fill, Limit, Machine, MachineFormat, PEN_SETTINGS, PROFILE_KEYS, Path, Pen, PenDots, PenOrder, PenSetting,
+    Plot, PlotLayer, PlotStats, ProfileKey, ShippedProfile, Timing, Upward, picture, plot,
 };

@@ -19,7 +19,9 @@ mod placing;
 mod plot;
 mod profile;
 mod settings;
+mod stats;
 mod svg;
+mod writing;
 
 pub use assembly::plot;
 pub use machine::{Corner, Cornering, Limit, Machine, MachineFormat, Upward};
@@ -29,3 +31,4 @@ pub use picture::picture;
 pub use plot::Plot;
 pub use profile::{PROFILE_KEYS, ProfileKey, ShippedProfile};
 pub use settings::{Fill, PEN_SETTINGS, Pen, PenDots, PenOrder, PenSetting};
+pub use stats::PlotStats;

@@ -86,7 +86,8 @@ impl Machine {
     /// How a plot lies on it. One that it does not reach lies as it is.
     pub(super) fn placed(&self, plot: &Plot) -> Placed {
         let turns = self.turns(plot);
-        let turn = bounds(plot).and_then(|bounds| turns.into_iter().find(|turn| self.fits(plot, bounds, *turn))).unwrap_or(turns[0]);
+        let turn =
+            bounds(plot).and_then(|bounds| turns.into_iter().find(|turn| self.fits(plot, bounds, *turn))).unwrap_or(turns[0]);
         Placed {
             origin: plot.origin,
             turned: turn,
