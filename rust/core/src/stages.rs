@@ -44,3 +44,9 @@ pub use crate::files::{
 pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
 pub use crate::pipeline::{Limits, Trials};
+// Areas moved in and out.
+pub use crate::offset::{
+    Polygon, SIMPLIFIED, area, closed, intersection, offset as moved_by, opened, simplified, subtracted, united,
+};
+// What a pen draws, in the order in which it does.
+pub use crate::plot::{Path, PlotLayer, ordered, travelled};
