@@ -6,10 +6,10 @@ use crate::base::distance_to_segment;
 
 /// How far a ring may move where points are left out, in mm: a tenth of what a hand-held rule shows, and finer than any pen or knife
 /// is set. Without it the points of nested insets grow tenfold in six of them.
-pub(crate) const SIMPLIFIED: f64 = 0.01;
+pub const SIMPLIFIED: f64 = 0.01;
 
 /// A closed ring without the points that lie within `tolerance` of what is left; empty if nothing is left that has an area.
-pub(crate) fn simplified(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
+pub fn simplified(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     if ring.len() < 4 {
         return ring.to_vec();
     }
