@@ -16,6 +16,7 @@ from graphstipple import _core
 from graphstipple._errors import GraphStippleError, GraphStippleWarning, InvalidInputError, MissingPackageError
 from graphstipple._inputs import path_to_read, path_to_write
 from graphstipple.options import Options
+from graphstipple.plots import Fill, PenDots, PenOrder, Plot
 
 if TYPE_CHECKING:
     import shapely
@@ -319,6 +320,68 @@ class Drawing:
         """
         core = self._core.with_min_dot(_plain(length=length)["length"], _given(width=width, margin=margin, page=page))
         return Drawing(core, self._options, self._seconds, self._decoder)
+
+    def plot(
+        self,
+        pen: Length,
+        width: Length | None = None,
+        *,
+        margin: Length | None = None,
+        page: str | None = None,
+        fill: Fill = "contour",
+        dots: PenDots = "press",
+        order: PenOrder = "short",
+        overlap: float = 0.1,
+        bleed: Length = 0,
+        angle: float = 45,
+        refill: Length | None = None,
+        inks: Inks = "black",
+        paper: str | None = None,
+    ) -> Plot:
+        """Return the drawing as paths for a pen, in the order in which they are drawn, instead of outlines of areas.
+
+        Lengths are as for `save`; sizes of pens and dots are diameters.
+
+        Parameters
+        ----------
+        pen : float or str
+            Width of the pen, such as "0.3mm", at least 0.01 mm.
+        width, margin, page
+            The size on paper, as for `save`.
+        fill : {"contour", "hatch", "outline", "none"}
+            How areas are filled: by lines along their outlines, one inside the other and joined where they nest; by their rims and
+            parallel lines; not, only their rims are drawn; or not at all, dots alone are drawn. What is narrower than the pen is one
+            line along its middle, which `Plot.stats` counts as `thin`.
+        dots : {"press", "circle"}
+            How dots are drawn: by one press of the pen where they are at most 1.15 pens wide, larger ones filled; or all larger ones
+            by their rims.
+        order : {"short", "none"}
+            In which order: with short ways of the lifted pen, or regions and then dots from the top down.
+        overlap : float
+            How much of a line in an area the next one covers, as a part of the pen's width, 0 to 0.9.
+        bleed : float or str
+            How far lines reach beyond the edges of areas, at most half the pen.
+        angle : float
+            Angle of hatching in degrees, counter-clockwise from level lines.
+        refill : float or str, optional
+            Pause to fill the pen again after so much line, such as "50m".
+        inks : {"black", "white", "both"}
+            What is drawn: black, white on black paper, or both, with a pen each.
+        paper : str, optional
+            Colour of the page, as for `save`, for how an SVG is shown.
+
+        Returns
+        -------
+        Plot
+
+        Raises
+        ------
+        InvalidInputError
+            If a value breaks its rule, the pen is wider than the drawing, or the drawing does not fit on its page.
+        """
+        settings = _given(width=width, margin=margin, page=page, paper=paper) | _plain(inks=inks)
+        pens = _plain(pen=pen, fill=fill, dots=dots, order=order, overlap=overlap, bleed=bleed, angle=angle)
+        return Plot(_core.plot(self._core, pens | _given(refill=refill), settings))
 
     def rasterize(
         self, width: int | None = None, *, part: tuple[float, float, float, float] | None = None

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, Reading, Source, decode};
+use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, MachineFormat, Reading, Source, decode};
 use graphstipple_core::{Control, Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
@@ -28,6 +28,17 @@ pub fn format_of_path(path: &Path) -> Result<Format> {
         }),
         None => Err(Error::Usage(format!("{}: the file name needs a suffix: {}", path.display(), Format::suffixes()))),
     }
+}
+
+/// The format of plots that a path's suffix stands for, in upper or lower case.
+///
+/// # Errors
+/// [`Error::Usage`] for any other suffix or none, with those that are allowed.
+pub fn suffix_of_plot(path: &Path) -> Result<MachineFormat> {
+    let suffix = path.extension().and_then(OsStr::to_str);
+    suffix
+        .and_then(|suffix| MachineFormat::of_suffix(suffix).ok())
+        .ok_or_else(|| Error::Usage(format!("{}: the suffix of a plot must be {}", path.display(), MachineFormat::SUFFIXES)))
 }
 
 /// What another program is handed of an image that the core does not support.

@@ -7,6 +7,7 @@ mod command;
 mod drawn;
 pub mod error;
 pub mod files;
+pub mod machines;
 mod messages;
 pub mod recipe;
 mod scratch;

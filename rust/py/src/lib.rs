@@ -10,6 +10,7 @@ mod errors;
 mod fallback;
 mod options;
 mod photo;
+mod plot;
 mod recipe;
 mod session;
 mod stages;
@@ -28,6 +29,8 @@ mod _core {
     use crate::options::{Options, formats, of_preset, options_schema, presets, settings, sources};
     #[pymodule_export]
     use crate::photo::{Photo, Reading, adjust, luma_to_u8, photo, read_photo, saliency};
+    #[pymodule_export]
+    use crate::plot::{Plot, machines, of_drawing, pen_settings};
     #[pymodule_export]
     use crate::recipe::{Recipe, flags};
     #[pymodule_export]

@@ -8,4 +8,5 @@ mod offset;
 mod simplify;
 
 pub use offset::{Polygon, area, closed, intersection, offset, opened, subtracted, united};
-pub use simplify::{SIMPLIFIED, simplified, simplified_line};
+pub(crate) use simplify::simplified_line;
+pub use simplify::{SIMPLIFIED, simplified};

@@ -8,12 +8,14 @@
 //!
 //! Source: GRBL's planner, and for corners also gcode-simulator ([`Cornering`]).
 
+use serde::Serialize;
+
 use crate::plot::machine::{Cornering, Limit, Machine};
 use crate::plot::placing::Placed;
 use crate::plot::plot::Plot;
 
 /// How long a machine takes for a plot, and for what. Pauses, in which it waits for somebody, are left out.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Timing {
     /// All of it.
     pub seconds: f64,
