@@ -1,16 +1,32 @@
 //! Paths for pens. In: a [`Drawing`](crate::Drawing), a pen and how it fills; out: a [`Plot`] of paths in the order in which they are
 //! drawn, the time that a machine takes for them, and files for machines.
 
-mod curve;
-mod entries;
-mod improve;
-mod near;
+mod assembly;
+mod commands;
+mod contour;
+mod digits;
+mod dots;
+mod gcode;
+mod hatch;
+mod hpgl;
+mod machine;
+mod middle;
+mod motion;
 mod order;
 mod path;
-mod rings;
-mod start;
-mod stops;
-mod tour;
+mod picture;
+mod placing;
+mod plot;
+mod profile;
+mod settings;
+mod svg;
 
+pub use assembly::plot;
+pub use machine::{Corner, Cornering, Limit, Machine, MachineFormat, Upward};
+pub use motion::Timing;
 pub use order::{ordered, travelled};
 pub use path::{Path, PlotLayer};
+pub use picture::picture;
+pub use plot::Plot;
+pub use profile::{PROFILE_KEYS, ProfileKey, ShippedProfile};
+pub use settings::{Fill, PEN_SETTINGS, Pen, PenDots, PenOrder, PenSetting};
