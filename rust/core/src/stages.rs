@@ -45,7 +45,9 @@ pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
 pub use crate::pipeline::{Limits, Trials};
 // Areas moved in and out.
-pub use crate::offset::{Polygon, SIMPLIFIED, area, closed, intersection, offset, opened, simplified, subtracted, united};
+pub use crate::offset::{
+    Polygon, SIMPLIFIED, area, closed, intersection, offset, opened, simplified, simplified_line, subtracted, united,
+};
 // Paths for pens, and the machines that draw them.
 pub use crate::plot::{
     Corner, Cornering, Fill, Limit, Machine, MachineFormat, PEN_SETTINGS, PROFILE_KEYS, Path, Pen, PenDots, PenOrder, PenSetting,

@@ -85,7 +85,7 @@ fn check(paths: &[Path], from: [f64; 2]) -> Result<()> {
         return Err(Error::Input(format!("path {path} has no points, but every path must have one at least")));
     }
     let mut coordinates = paths.iter().flat_map(|path| &path.points).chain([&from]).flatten();
-    match coordinates.find(|value| !(value.abs() <= FARTHEST)) {
+    match coordinates.find(|value| value.is_nan() || value.abs() > FARTHEST) {
         Some(value) => Err(Error::Input(format!("a coordinate of a path is {value} mm, but it must be within {FARTHEST:e} mm"))),
         None => Ok(()),
     }
