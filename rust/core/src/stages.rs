@@ -46,7 +46,7 @@ pub use crate::pipeline::draw_owned;
 pub use crate::pipeline::{Limits, Trials};
 // Areas moved in and out.
 pub use crate::offset::{
-    Polygon, SIMPLIFIED, area, closed, intersection, offset as moved_by, opened, simplified, subtracted, united,
+    Polygon, SIMPLIFIED, area, closed, intersection, offset, opened, simplified, simplified_line, subtracted, united,
 };
 // Paths for pens, and the machines that draw them.
 pub use crate::plot::{
