@@ -50,7 +50,7 @@ words! {
         /// gcode-simulator. It is at the long end for curves of many short lines, and so keeps what it promises.
         Cautious = "cautious",
         /// The arc that touches both lines and passes the corner in the junction deviation: the rule of GRBL's planner and of the
-        /// AxiDraw's software. Curves come out faster, in the mean by a quarter.
+        /// AxiDraw's software. Curves come out faster.
         Grbl = "grbl",
     }
 }

@@ -316,23 +316,21 @@ impl Machine {
         }
         // What else must be there, and what is meant without it, is for the format to say.
         let mut machine = Self::of_format(MachineFormat::default());
-        for name in ["format", "name"] {
-            if let (Some(key), Some(value)) = (key(name), table.get(name)) {
-                key.give(&mut machine, value)?;
-            }
-        }
-        let format = table.contains_key("format").then_some(machine.format);
-        let is_of_format = |key: &ProfileKey| format.is_none_or(|format| key.formats.contains(&format));
-        let must_be = |key: &&ProfileKey| {
-            key.default.is_empty() && key.formats.len() == ALL.len() || key.default.is_empty() && format.is_some()
+        let format = match (key("format"), table.get("format")) {
+            (Some(key), Some(value)) => key.give(&mut machine, value).map(|()| Some(machine.format))?,
+            _ => None,
         };
-        let missing = PROFILE_KEYS.iter().filter(must_be).filter(|key| is_of_format(key) && !table.contains_key(key.name));
-        let missing: Vec<&str> = missing.map(|key| key.name).collect();
+        machine = Self::of_format(machine.format);
+        let is_of_format = |key: &ProfileKey| match format {
+            Some(format) => key.formats.contains(&format),
+            None => key.formats.len() == ALL.len(),
+        };
+        let is_missing = |key: &&ProfileKey| key.default.is_empty() && is_of_format(key) && !table.contains_key(key.name);
+        let missing: Vec<&str> = PROFILE_KEYS.iter().filter(is_missing).map(|key| key.name).collect();
         if let Some((last, rest)) = missing.split_last() {
             let list = if rest.is_empty() { (*last).to_owned() } else { format!("{} and {last}", rest.join(", ")) };
             return Err(Error::Input(format!("the profile of the machine lacks {list}")));
         }
-        machine = Self { name: machine.name, ..Self::of_format(machine.format) };
         // In the order of the declarations: a key may set what one after it changes.
         for key in PROFILE_KEYS {
             let Some(value) = table.get(key.name) else { continue };
@@ -583,6 +581,24 @@ mod tests {
             assert!(taken >= 1, "{} takes nothing", key.name);
             assert!(key.default.is_empty() || key.default.contains(|c: char| c.is_alphanumeric() || c == '"'));
         }
+    }
+
+    #[test]
+    fn the_documentation_has_every_key() {
+        let row = |key: &ProfileKey| {
+            let formats: Vec<&str> = key.formats.iter().map(|format| format.name()).collect();
+            let formats = if formats.len() == ALL.len() { "all".to_owned() } else { formats.join(", ") };
+            let default = if key.default.is_empty() { "it must be there" } else { key.default };
+            format!("| `{}` | {formats} | {} | {default} | {} |\n", key.name, key.allowed, key.sentence)
+        };
+        let head = "| Key | Machines | Value | Without it | Meaning |\n|---|---|---|---|---|\n";
+        let expected = format!("{head}{}", PROFILE_KEYS.iter().map(row).collect::<String>());
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/howto/plotter.md");
+        let page = std::fs::read_to_string(path).unwrap();
+        let (_, rest) = page.split_once("<!-- The keys begin").unwrap();
+        let (_, rest) = rest.split_once("-->\n").unwrap();
+        let (table, _) = rest.split_once("<!-- The keys end").unwrap();
+        assert!(table.trim() == expected.trim(), "docs/howto/plotter.md should have this table:\n\n{expected}");
     }
 
     #[test]

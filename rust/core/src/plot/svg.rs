@@ -69,7 +69,7 @@ impl Plot {
                 let is_first = number == 1 && filling == 0;
                 let (id, again) = match filling {
                     0 => (format!("pen-{number}"), String::new()),
-                    _ => (format!("pen-{number}-{}", filling + 1), format!(", filled {filling} x")),
+                    _ => (format!("pen-{number}-{}", filling + 1), format!(", filling {}", filling + 1)),
                 };
                 let label = escape(&format!("{}{number} {}{again}", if is_first { "" } else { pause }, ink.name()));
                 out.push_str(&format!(
@@ -226,9 +226,9 @@ mod tests {
             let found = text.split("inkscape:label=\"").skip(1).map(|rest| rest.split('"').next().unwrap_or("").to_owned());
             found.collect::<Vec<_>>()
         };
-        assert_eq!(labels(None), ["1 black", "1 black, filled 1 x", "1 black, filled 2 x", "2 white"]);
+        assert_eq!(labels(None), ["1 black", "1 black, filling 2", "1 black, filling 3", "2 white"]);
         let axidraw = Machine::shipped("axidraw").unwrap();
-        assert_eq!(labels(Some(&axidraw)), ["1 black", "!1 black, filled 1 x", "!1 black, filled 2 x", "!2 white"]);
+        assert_eq!(labels(Some(&axidraw)), ["1 black", "!1 black, filling 2", "!1 black, filling 3", "!2 white"]);
     }
 
     #[test]
