@@ -12,7 +12,7 @@ pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
     DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
-    Stage, Value, preset, schema, whole,
+    Stage, Value, preset, schema, seconds, whole,
 };
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
@@ -46,7 +46,7 @@ pub use crate::pipeline::draw_owned;
 pub use crate::pipeline::{Limits, Trials};
 // Areas moved in and out.
 pub use crate::offset::{
-    Polygon, SIMPLIFIED, area, closed, intersection, offset as moved_by, opened, simplified, subtracted, united,
+    Polygon, SIMPLIFIED, area, closed, intersection, offset, opened, simplified, simplified_line, subtracted, united,
 };
 // Paths for pens, and the machines that draw them.
 pub use crate::plot::{

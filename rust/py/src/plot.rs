@@ -6,6 +6,7 @@ use std::sync::Arc;
 use graphstipple_cli::files::suffix_of_plot;
 use graphstipple_cli::machines::machine;
 use graphstipple_cli::writing::Target;
+use graphstipple_core::Error;
 use graphstipple_core::stages::{Machine, MachineFormat, PEN_SETTINGS, Pen, Plot as CorePlot, picture, plot};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -31,13 +32,23 @@ pub(crate) fn of_drawing(
     }
     let width = given.iter().find(|(name, _)| name == "pen").map(|(_, value)| value.clone());
     let width = width.ok_or_else(|| errors::invalid("a plot needs the width of its pen".to_owned()))?;
-    let mut pen = Pen::of_width(&width).map_err(errors::from_core)?;
+    let mut pen = Pen::of_width(&width).map_err(in_arguments)?;
     for (name, value) in given {
-        pen.set(&name, &value).map_err(errors::from_core)?;
+        pen.set(&name, &value).map_err(in_arguments)?;
     }
-    let (pen, export, drawing) = (pen.check().map_err(errors::from_core)?, export(settings)?, drawing.shared().0);
-    let plot = watch::run(py, Watch::on(None), errors::from_core, move |control| plot(&drawing, &pen, &export, control))?;
+    let (pen, export, drawing) = (pen.check().map_err(in_arguments)?, export(settings)?, drawing.shared().0);
+    let plot = watch::run(py, Watch::on(None), in_arguments, move |control| plot(&drawing, &pen, &export, control))?;
     Ok(Plot { plot: Arc::new(plot) })
+}
+
+/// A core error with the names of Python's arguments, which need not say that they are a pen's.
+fn in_arguments(error: Error) -> PyErr {
+    errors::from_core(match error {
+        Error::Option { option, value, allowed } => {
+            Error::Option { option: option.strip_prefix("pen_").map_or(option.clone(), str::to_owned), value, allowed }
+        }
+        other => other,
+    })
 }
 
 /// The settings of a pen: name, what it does, default, and what its value is called.

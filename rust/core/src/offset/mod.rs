@@ -8,5 +8,4 @@ mod offset;
 mod simplify;
 
 pub use offset::{Polygon, area, closed, intersection, offset, opened, subtracted, united};
-pub(crate) use simplify::simplified_line;
-pub use simplify::{SIMPLIFIED, simplified};
+pub use simplify::{SIMPLIFIED, simplified, simplified_line};

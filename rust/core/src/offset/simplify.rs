@@ -29,7 +29,7 @@ pub fn simplified(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
 }
 
 /// An open line likewise; its ends stay.
-pub(crate) fn simplified_line(line: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
+pub fn simplified_line(line: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     if line.len() < 3 {
         return line.to_vec();
     }

@@ -16,8 +16,8 @@ pub(super) fn hatched(polygon: &Polygon, spacing: Spacing, angle: f64) -> Result
     let Outlined { rims, mut lines, thin } = outlined(polygon, spacing)?;
     lines.append(&mut between(&rims, spacing)?);
     let mut paths: Vec<Path> = rims.iter().flatten().map(|ring| Path { points: ring.clone(), is_closed: true }).collect();
-    // Ends of lines lie under the rim.
-    for area in offset(&rims, -0.5 * spacing.pen, SIMPLIFIED)? {
+    // However a line lies beside the rim, what is between them is covered.
+    for area in offset(&rims, spacing.apart - spacing.pen, SIMPLIFIED)? {
         paths.append(&mut lines_of(&area, spacing.apart, angle));
     }
     paths.append(&mut lines);

@@ -1,9 +1,9 @@
 //! Where paths may be begun. In: stops and paths; out: places of all stops, of closed paths several, with the nearest of other stops.
 
 use crate::base::{Control, Result};
-use crate::plot::near::{NOBODY, nearest_of_others};
-use crate::plot::path::Path;
-use crate::plot::stops::{Mark, Stops, distance};
+use crate::plot::order::near::{NOBODY, nearest_of_others};
+use crate::plot::order::stops::{Mark, Stops};
+use crate::plot::path::{Path, distance};
 
 /// How many neighbours a place has: with more, better moves are found, in more time.
 pub(crate) const NEIGHBOURS: usize = 7;

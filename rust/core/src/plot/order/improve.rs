@@ -11,16 +11,16 @@
 use std::collections::VecDeque;
 
 use crate::base::{Control, Result, mixed};
-use crate::plot::entries::{AROUND, Entries, NEIGHBOURS};
-use crate::plot::near::NOBODY;
+use crate::plot::order::entries::{AROUND, Entries, NEIGHBOURS};
+use crate::plot::order::near::NOBODY;
+use crate::plot::order::stops::Stops;
+use crate::plot::order::tour::Tour;
 use crate::plot::path::Path;
-use crate::plot::stops::Stops;
-use crate::plot::tour::Tour;
 
 /// Presses, lines and closed paths that go elsewhere together, at most. More gain next to nothing.
 const ROW: usize = 3;
 
-/// Points of a closed path that are tried, at most; the others are left to [`begin_best`](crate::plot::rings::begin_best).
+/// Points of a closed path that are tried, at most; the others are left to [`begin_best`](crate::plot::order::rings::begin_best).
 const POINTS: usize = 64;
 
 /// Stops that one move turns round, at most. With fewer, moves are missed whose ends are far apart in the tour; with more, a move
@@ -386,7 +386,7 @@ fn tried(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::start::start;
+    use crate::plot::order::start::start;
     use proptest::prelude::*;
 
     fn any_path() -> impl Strategy<Value = Path> {

@@ -4,9 +4,10 @@
 //! nearest neighbours, in rounds: what the legs of one round have joined has two ends, and the next round joins those.
 
 use crate::base::{Control, Result};
-use crate::plot::entries::Entries;
-use crate::plot::near::NOBODY;
-use crate::plot::stops::{Stops, distance};
+use crate::plot::order::entries::Entries;
+use crate::plot::order::near::NOBODY;
+use crate::plot::order::stops::Stops;
+use crate::plot::path::distance;
 
 /// How many neighbours of every end may be joined to it in a round.
 const JOINED: usize = 5;

@@ -5,12 +5,12 @@
 //! Lines are drawn from either end, closed paths from any point on.
 
 use crate::base::{Control, Error, Result};
-use crate::plot::entries::Entries;
-use crate::plot::improve::Improver;
-use crate::plot::path::Path;
-use crate::plot::rings::begin_best;
-use crate::plot::start::start;
-use crate::plot::stops::{Mark, Stops, distance};
+use crate::plot::order::entries::Entries;
+use crate::plot::order::improve::Improver;
+use crate::plot::order::rings::begin_best;
+use crate::plot::order::start::start;
+use crate::plot::order::stops::{Mark, Stops};
+use crate::plot::path::{Path, distance};
 
 /// How far from 0 a coordinate may be, in mm: a thousand kilometres. Squares of distances are far from overflowing.
 const FARTHEST: f64 = 1e9;
@@ -71,10 +71,10 @@ fn ordered_with(paths: Vec<Path>, from: [f64; 2], shakes: usize, control: &Contr
 /// How far a pen that comes from `from` goes without drawing, in mm: from path to path in their order, and not back.
 pub fn travelled(paths: &[Path], from: [f64; 2]) -> f64 {
     let (mut at, mut way) = (from, 0.0);
-    for Path { points, is_closed } in paths {
-        if let [first, .., last] | [first @ last] = points.as_slice() {
+    for path in paths {
+        if let (Some(first), Some(end)) = (path.points.first(), path.end()) {
             way += distance(at, *first);
-            at = if *is_closed { *first } else { *last };
+            at = end;
         }
     }
     way
@@ -85,7 +85,7 @@ fn check(paths: &[Path], from: [f64; 2]) -> Result<()> {
         return Err(Error::Input(format!("path {path} has no points, but every path must have one at least")));
     }
     let mut coordinates = paths.iter().flat_map(|path| &path.points).chain([&from]).flatten();
-    match coordinates.find(|value| !(value.abs() <= FARTHEST)) {
+    match coordinates.find(|value| value.is_nan() || value.abs() > FARTHEST) {
         Some(value) => Err(Error::Input(format!("a coordinate of a path is {value} mm, but it must be within {FARTHEST:e} mm"))),
         None => Ok(()),
     }

@@ -4,8 +4,8 @@
 //! another in every tour. Where the pen comes from is a stop, too. It follows upon the free stop, which is no place: it is near to all
 //! others, so that a round tour through it is a way that may end anywhere.
 
-use crate::plot::curve::along_curve;
-use crate::plot::path::Path;
+use crate::plot::order::curve::along_curve;
+use crate::plot::path::{Path, distance};
 
 /// What is drawn at a stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,13 +133,6 @@ impl Stops {
     pub(crate) fn are_mates(&self, a: u32, b: u32) -> bool {
         self.mates[a as usize] == b
     }
-}
-
-/// How far it is from one place to another. Not `hypot`, which may differ between platforms in the last bit.
-#[inline]
-pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let [x, y] = [a[0] - b[0], a[1] - b[1]];
-    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 //! shortest, as nearly as a few passes find it.
 
 use crate::base::{Control, Result};
-use crate::plot::path::Path;
-use crate::plot::stops::{Stops, distance};
+use crate::plot::order::stops::Stops;
+use crate::plot::path::{Path, distance};
 
 /// How often the closed paths between two other stops are looked at together: each time they come nearer to one another.
 const PASSES: usize = 3;

@@ -43,7 +43,7 @@ fn step(mut x: u32, mut y: u32) -> u32 {
     let mut steps = 0;
     for bit in (0..BITS).rev() {
         let (right, down) = (x >> bit & 1, y >> bit & 1);
-        steps = steps << 2 | (3 * right ^ down);
+        steps = steps << 2 | ((3 * right) ^ down);
         if down == 0 {
             // The quarter is passed as its mirror image.
             if right == 1 {
