@@ -29,7 +29,7 @@ EYE = (190, 84, 230, 124)
 FACE = (166, 66, 266, 166)
 """The part that shows styles and inks."""
 
-FILLS = (("contour", 0.1), ("hatch", 0.1), ("outline", 0.1), ("none", 0.1))
+FILLS = (("contour", 0.1), ("hatch", -1.0), ("outline", 0.1), ("none", 0.1))
 """How plots are filled, and by how much their lines overlap."""
 
 

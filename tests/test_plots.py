@@ -193,7 +193,7 @@ def test_the_finest_drawing_that_is_plotted_in_time(tmp_path: Path) -> None:
         ("--pen 0.3", "--pen is 0.3, but it must have a unit: 0.3mm"),
         ("--pen 80mm", "--pen is 80mm, but it must be at most the shorter side of the drawing, 60.000 mm"),
         ("--pen 0.3mm --pen-fill full", '--pen-fill is "full", but it must be "contour"'),
-        ("--pen 0.3mm --pen-overlap 1", "--pen-overlap is 1, but it must be a number between 0 and 0.9"),
+        ("--pen 0.3mm --pen-overlap 1", "--pen-overlap is 1, but it must be a number between -9 and 0.9"),
         ("--pen 0.3mm --pen-bleed 0.2mm", "--pen-bleed is 0.2mm, but it must be at most half the pen's width"),
         ("--pen 0.3mm --machine axi", "--machine is axi, but it must be axidraw, grbl"),
         ("--pen 0.3mm --machine ./none.toml", "./none.toml: the file does not exist"),
@@ -223,6 +223,13 @@ def test_files_of_plots_need_a_pen(tmp_path: Path, drawing: gs.Drawing) -> None:
     with pytest.raises(gs.InvalidInputError, match='fill is "all", but it must be "contour"'):
         drawing.plot("1mm", fill="all")  # type: ignore[arg-type]  # likewise
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("fill", ["contour", "hatch"])
+def test_lines_may_lie_apart(drawing: gs.Drawing, fill: str) -> None:
+    near, apart = (drawing.plot("0.3mm", "60mm", fill=fill, overlap=overlap) for overlap in (0, -2))
+    assert apart.stats["pen_down_mm"] < 0.6 * near.stats["pen_down_mm"]
+    assert (painted(apart) & ~painted(near)).sum() < 0.02 * painted(near).sum()
 
 
 def test_machines_come_with_profiles(drawing: gs.Drawing, tmp_path: Path) -> None:

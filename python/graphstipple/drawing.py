@@ -355,7 +355,7 @@ class Drawing:
         order : {"short", "none"}
             In which order: with short ways of the lifted pen, or regions and then dots from the top down.
         overlap : float
-            How much of a line in an area the next one covers, as a part of the pen's width, 0 to 0.9.
+            How much of a line in an area the next one covers, as a part of the pen's width, -9 to 0.9; below 0 paper shows between.
         bleed : float or str
             How far lines reach beyond the edges of areas, at most half the pen.
         angle : float
