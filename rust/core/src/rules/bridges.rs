@@ -14,7 +14,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::base::{Control, Error, Frame, Ink, Pool, Result};
+use crate::base::{Control, Frame, Ink, Pool, Result};
 use crate::drawing::Drawing;
 use crate::graph::{Components, Graph, Triangulation, triangulate};
 use crate::labels::{Labels, Marks};
@@ -50,8 +50,8 @@ const TOLD: &str = "bridged";
 /// Joins the islands of a drawing to its frame.
 ///
 /// # Errors
-/// [`Error::Option`] if a setting is out of its range; [`Error::Input`] if the drawing's options are none of this version;
-/// [`Error::Cancelled`].
+/// [`Error::Option`](crate::Error::Option) if a setting is out of its range, [`Error::Input`](crate::Error::Input) if the drawing's
+/// options are none of this version, [`Error::Cancelled`](crate::Error::Cancelled).
 ///
 /// # Runtime
 /// n log n in the number of nodes, most of it for their triangulation and the outlines.
@@ -422,7 +422,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::base::noise;
+    use crate::base::{Error, noise};
     use crate::files::{Export, Format, load, raster};
     use crate::importance::Importance;
     use crate::options::Published;
