@@ -77,6 +77,23 @@ def test_ratios_run() -> None:
         assert float(limit) > 0
 
 
+def test_plots_run() -> None:
+    table = smoke_run("plots.py")
+    for title in ("order of 500 dots / spade's bulk load", "their tour / 0.7124 sqrt"):
+        row = next(line for line in table.splitlines() if line.startswith(title))
+        ratio, limit = re.search(r" (\d+\.\d+) +<= (\d+\.?\d*)  (?:met|missed)", row).groups()
+        assert float(ratio) > 0
+        assert float(limit) > 1
+    moved = re.search(r"^areas of (\d+) vertices moved in / drawing them +(\d+\.\d+) ", table, re.MULTILINE)
+    assert int(moved[1]) > 100
+    assert float(moved[2]) > 0
+    beside = re.search(r"^ +50 +(\d+\.\d+) +(\d+\.\d+)(.+)$", table, re.MULTILINE)
+    # Of 50 dots in a square metre.
+    assert 4 < float(beside[2]) < 7
+    theirs = beside[3].split()
+    assert beside[3] == "  vpype is not installed" or (len(theirs) == 4 and float(theirs[3]) < 1.1)
+
+
 def test_batch_runs() -> None:
     pytest.importorskip("distributed")
     table = smoke_run("batch.py")

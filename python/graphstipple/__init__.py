@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from graphstipple.drawing import Drawing, Graph, RecordedOptions, Region, load
     from graphstipple.importance import saliency
     from graphstipple.options import Options, Preset, Published, presets
+    from graphstipple.plots import Machine, Plot, PlotLayer, machines
     from graphstipple.studio.notebook import Studio
 
 __all__ = [
@@ -43,9 +44,12 @@ __all__ = [
     "ImageFileError",
     "ImageFileNotFoundError",
     "InvalidInputError",
+    "Machine",
     "MissingPackageError",
     "MissingWeightsError",
     "Options",
+    "Plot",
+    "PlotLayer",
     "Preset",
     "Published",
     "RecordedOptions",
@@ -56,6 +60,7 @@ __all__ = [
     "batch",
     "draw",
     "load",
+    "machines",
     "metrics",
     "presets",
     "saliency",
@@ -69,6 +74,7 @@ _LATER = {
     "drawing": ("Drawing", "Graph", "RecordedOptions", "Region", "load"),
     "importance": ("saliency",),
     "options": ("Options", "Preset", "Published", "presets"),
+    "plots": ("Machine", "Plot", "PlotLayer", "machines"),
     "studio.notebook": ("Studio",),
 }
 """What is imported when it is first used, by module: the command line starts without NumPy, a drawing without OpenCV and Pillow."""

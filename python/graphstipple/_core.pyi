@@ -9,6 +9,7 @@ __all__ = [
     "Drawing",
     "Options",
     "Photo",
+    "Plot",
     "Reading",
     "Recipe",
     "Session",
@@ -29,11 +30,15 @@ __all__ = [
     "lattice_labels",
     "load",
     "luma_to_u8",
+    "machines",
     "mixed_importance",
+    "offset",
     "options_schema",
     "outline",
     "owners",
+    "pen_settings",
     "photo",
+    "plot",
     "preset",
     "presets",
     "read_photo",
@@ -92,6 +97,20 @@ class Drawing:
         | None
     ): ...
     def importance(self) -> npt.NDArray[np.float32] | None: ...
+
+@final
+class Plot:
+    @property
+    def sizes(self) -> tuple[float, tuple[float, float], tuple[float, float], tuple[float, float]]: ...
+    def layers(self) -> list[tuple[int, npt.NDArray[np.float64], npt.NDArray[np.uint64]]]: ...
+    def stats(self, name: str) -> Any: ...
+    def encode(self, suffix: str, machine_name: str | None = None) -> bytes: ...
+    def save(self, path: str, machine_name: str | None, force: bool) -> None: ...
+    def rasterize(self, width: int | None = None) -> npt.NDArray[np.uint8]: ...
+
+def plot(drawing: Drawing, pen: dict[str, Any], settings: dict[str, Any]) -> Plot: ...
+def pen_settings() -> list[tuple[str, str, str, str]]: ...
+def machines() -> list[tuple[str, str, str]]: ...
 
 @final
 class Options:
@@ -249,3 +268,6 @@ def outline(
     tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]],
     list[tuple[npt.NDArray[np.float64], list[npt.NDArray[np.float64]], float, int]],
 ]: ...
+def offset(
+    polygons: Sequence[Sequence[npt.NDArray[np.float64]]], distance: float, tolerance: float
+) -> list[list[npt.NDArray[np.float64]]]: ...

@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleError, GraphStippleWarning, InvalidInputError, MissingPackageError
-from graphstipple._inputs import path_to_read, path_to_write
+from graphstipple._inputs import checked_width, path_to_read, path_to_write
 from graphstipple.options import Options
+from graphstipple.plots import HEAVY_SVG_BYTES, Fill, PenDots, PenOrder, Plot
 
 if TYPE_CHECKING:
     import shapely
@@ -35,9 +36,6 @@ Elements: TypeAlias = Literal["layers", "marks"]
 
 Dots: TypeAlias = Literal["circles", "strokes"]
 """What the dots of an SVG are."""
-
-HEAVY_SVG_BYTES = 2_000_000
-"""Above this, a notebook shows the PNG: browsers take seconds for larger SVGs, and every notebook file would hold them."""
 
 NOTEBOOK_WIDTH = 1600
 """Widest PNG shown in a notebook, in pixels: wider than any notebook's column."""
@@ -320,6 +318,68 @@ class Drawing:
         core = self._core.with_min_dot(_plain(length=length)["length"], _given(width=width, margin=margin, page=page))
         return Drawing(core, self._options, self._seconds, self._decoder)
 
+    def plot(
+        self,
+        pen: Length,
+        width: Length | None = None,
+        *,
+        margin: Length | None = None,
+        page: str | None = None,
+        fill: Fill = "contour",
+        dots: PenDots = "press",
+        order: PenOrder = "short",
+        overlap: float = 0.1,
+        bleed: Length = 0,
+        angle: float = 45,
+        refill: Length | None = None,
+        inks: Inks = "black",
+        paper: str | None = None,
+    ) -> Plot:
+        """Return the drawing as paths for a pen, in the order in which they are drawn, instead of outlines of areas.
+
+        Lengths are as for `save`; sizes of pens and dots are diameters.
+
+        Parameters
+        ----------
+        pen : float or str
+            Width of the pen, such as "0.3mm", at least 0.01 mm.
+        width, margin, page
+            The size on paper, as for `save`.
+        fill : {"contour", "hatch", "outline", "none"}
+            How areas are filled: by lines along their outlines, one inside the other and joined where they nest; by their rims and
+            parallel lines; not, only their rims are drawn; or not at all, dots alone are drawn. What is narrower than the pen is
+            one line along its middle, which `Plot.stats` counts as `thin`.
+        dots : {"press", "circle"}
+            How dots are drawn: by one press of the pen where they are at most 1.15 pens wide, larger ones filled; or all larger
+            ones by their rims.
+        order : {"short", "none"}
+            In which order: with short ways of the lifted pen, or regions and then dots from the top down.
+        overlap : float
+            How much of a line in an area the next one covers, as a part of the pen's width, -9 to 0.9; below 0 paper shows between.
+        bleed : float or str
+            How far lines reach beyond the edges of areas, at most half the pen.
+        angle : float
+            Angle of hatching in degrees, counter-clockwise from level lines.
+        refill : float or str, optional
+            Pause to fill the pen again after so much line, such as "50m".
+        inks : {"black", "white", "both"}
+            What is drawn: black, white on black paper, or both, with a pen each.
+        paper : str, optional
+            Colour of the page, as for `save`, for how an SVG is shown.
+
+        Returns
+        -------
+        Plot
+
+        Raises
+        ------
+        InvalidInputError
+            If a value breaks its rule, the pen is wider than the drawing, or the drawing does not fit on its page.
+        """
+        settings = _given(width=width, margin=margin, page=page, paper=paper) | _plain(inks=inks)
+        pens = _plain(pen=pen, fill=fill, dots=dots, order=order, overlap=overlap, bleed=bleed, angle=angle)
+        return Plot(_core.plot(self._core, pens | _given(refill=refill), settings))
+
     def rasterize(
         self, width: int | None = None, *, part: tuple[float, float, float, float] | None = None
     ) -> npt.NDArray[np.uint8]:
@@ -343,7 +403,7 @@ class Drawing:
         InvalidInputError
             If the width is out of range, or the part is not on the canvas.
         """
-        return self._core.rasterize(_checked_width(width), None if part is None else _checked_part(part))
+        return self._core.rasterize(checked_width(width), None if part is None else _checked_part(part))
 
     @cached_property
     def stipples(self) -> npt.NDArray[np.void]:
@@ -497,15 +557,6 @@ def stipple_array(circles: npt.NDArray[np.float64], inks: npt.NDArray[np.uint8])
     stipples["x"], stipples["y"], stipples["radius"] = circles.T
     stipples["ink"] = inks
     return stipples
-
-
-def _checked_width(width: object) -> int | None:
-    """Return the width; what Rust cannot take as an unsigned integer is said in our words."""
-    if width is None:
-        return None
-    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width < 2**31:
-        raise InvalidInputError(f"width is {width!r}, but it must be a whole number of pixels, at least 1")
-    return int(width)
 
 
 def _checked_part(part: object) -> tuple[float, float, float, float]:

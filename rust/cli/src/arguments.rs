@@ -7,7 +7,7 @@ use std::sync::Arc;
 use clap::ArgMatches;
 use graphstipple_core::stages::{
     Checked, DECLARATIONS, Group, Inks, KINDS, Length, Limits, MAX_PIXELS, PUBLISHED, Preset, Reading, Rule, SETTINGS, Source,
-    Style, Value, Writer, named_length, preset, whole,
+    Style, Value, Writer, named_length, preset, seconds, whole,
 };
 use graphstipple_core::{Export, Format, Options};
 
@@ -15,6 +15,7 @@ use crate::command::{STANDARD, command};
 use crate::error::{Error, Result};
 use crate::files::format_of_path;
 use crate::messages::{in_flags, usage};
+use crate::plotter::Plotter;
 use crate::writing::is_same_file;
 
 /// Everything that a run needs, checked as far as it can be without reading a file.
@@ -40,6 +41,8 @@ pub(crate) struct Job {
     pub(crate) min_dot: Option<Length>,
     /// How large the drawing may be.
     pub(crate) limits: Limits,
+    /// What plots it, if a pen does.
+    pub(crate) plotter: Option<Plotter>,
     /// Whether counts and times are printed.
     pub(crate) stats: bool,
     /// Whether no progress is shown.
@@ -56,7 +59,9 @@ impl Job {
     pub(crate) fn of(arguments: Vec<OsString>) -> Result<Self> {
         let matches = matches(arguments)?;
         let output = matches.get_one::<PathBuf>("output").filter(|output| *output != Path::new(STANDARD));
-        let format = output.map_or_else(|| Ok(Format::ALL[0]), |output| format_of_path(output))?;
+        // What a pen draws has formats of its own; the size on paper is that of an SVG.
+        let has_pen = matches.contains_id("pen");
+        let format = output.filter(|_| !has_pen).map_or_else(|| Ok(Format::ALL[0]), |output| format_of_path(output))?;
         let job = Self::of_matches(&matches, &[format])?;
         job.check_paths()?;
         Ok(job)
@@ -92,6 +97,7 @@ impl Job {
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         formats.iter().try_for_each(|format| check_units(matches, *format))?;
+        let plotter = Plotter::of(matches, output.as_deref(), preset.as_ref())?;
         let limits = limits(matches).map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
         let [stats, quiet, force] = ["stats", "quiet", "force"].map(|name| matches.get_flag(name));
@@ -113,6 +119,7 @@ impl Job {
             reading,
             min_dot,
             limits,
+            plotter,
             stats,
             quiet,
             force,
@@ -174,7 +181,7 @@ fn check_units(matches: &ArgMatches, format: Format) -> Result<()> {
     if format.has_pixels() || !format.settings.contains(&"width") {
         return Ok(());
     }
-    for name in ["width", "margin", "page", "min_dot"] {
+    for name in ["width", "margin", "page", "min_dot", "pen", "pen_bleed"] {
         let Some(text) = matches.get_one::<String>(name).map(|text| text.trim()) else { continue };
         let is_bare = text.split(['x', 'X']).all(|side| side.trim().parse().is_ok_and(|number: f64| number != 0.0));
         if is_bare {
@@ -187,12 +194,20 @@ fn check_units(matches: &ArgMatches, format: Format) -> Result<()> {
     Ok(())
 }
 
-/// How large the drawing may be.
+/// How large the drawing may be, and how long its plot may take.
 fn limits(matches: &ArgMatches) -> graphstipple_core::Result<Limits> {
+    let max_seconds = matches.get_one::<String>("max_plot_time").map(|text| {
+        let read = seconds(text).filter(|seconds| *seconds > 0);
+        read.ok_or_else(|| graphstipple_core::Error::Option {
+            option: "max_plot_time".to_owned(),
+            value: text.clone(),
+            allowed: "a time of at least a second, such as 2h, 90min or 1h30min".to_owned(),
+        })
+    });
     let given = |name: &str| matches.get_one::<String>(name);
     let bytes = given("max_bytes").map(|text| Value::Word(text.clone()));
     let points = given("max_points").map(|text| whole(text).map_or_else(|| Value::Word(text.clone()), Value::Whole));
-    Limits::read(bytes.as_ref(), points.as_ref())
+    Ok(Limits { max_seconds: max_seconds.transpose()?, ..Limits::read(bytes.as_ref(), points.as_ref())? })
 }
 
 /// The options of the drawing: those of the preset, changed by single ones.
@@ -223,7 +238,12 @@ fn options(matches: &ArgMatches, preset: Option<&Preset>) -> graphstipple_core::
 }
 
 /// How a file of a format is written. What only pixels have is left out of others where one of the formats has pixels.
-fn export(matches: &ArgMatches, preset: Option<&Preset>, format: Format, formats: &[Format]) -> graphstipple_core::Result<Export> {
+pub(crate) fn export(
+    matches: &ArgMatches,
+    preset: Option<&Preset>,
+    format: Format,
+    formats: &[Format],
+) -> graphstipple_core::Result<Export> {
     let of_pixels = |name| Format::ALL.iter().filter(|it| it.settings.contains(&name)).all(|it| it.has_pixels());
     let is_for_another = |name| !format.has_pixels() && formats.iter().any(|it| it.has_pixels()) && of_pixels(name);
     let mut export = Export::default();
@@ -340,7 +360,7 @@ mod tests {
         }
         let job = job("--preview p.png --preview-width 2k --max-pixels 20M --seed 1e9 --max-points 20k --max-bytes 0.1MB").unwrap();
         assert_eq!((job.preview.unwrap().1, job.reading.max_pixels, job.options.seed), (Some(2000), 20_000_000, 1_000_000_000));
-        assert_eq!(job.limits, Limits { max_bytes: Some(100_000), max_points: Some(20_000) });
+        assert_eq!(job.limits, Limits { max_bytes: Some(100_000), max_points: Some(20_000), max_seconds: None });
     }
 
     #[test]

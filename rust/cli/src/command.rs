@@ -9,8 +9,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, Command, ValueHint, value_parser};
 use clap_complete::Shell;
 use graphstipple_core::stages::{
-    Audience, DECLARATIONS, Declaration, Group, KINDS, Kind, MAX_PIXELS, MAX_SIDE, PUBLISHED, Rule, SETTINGS, Setting, Sheet,
-    Value, whole,
+    Audience, DECLARATIONS, Declaration, Group, KINDS, Kind, MAX_PIXELS, MAX_SIDE, Machine, MachineFormat, PEN_SETTINGS, PUBLISHED,
+    PenSetting, Rule, SETTINGS, Setting, Sheet, Value, whole,
 };
 use graphstipple_core::{Format, Options, presets};
 
@@ -74,6 +74,7 @@ pub(crate) fn command(with_all: bool) -> Command {
     let arguments: Vec<Arg> = of_output(with_all)
         .into_iter()
         .chain(of_options)
+        .chain(of_pen(with_all))
         .chain([importance(with_all), published(with_all)])
         .chain(of_reading(with_all))
         .chain(of_print(with_all))
@@ -108,19 +109,25 @@ fn words(name: &str) -> Vec<&'static str> {
             .iter()
             .filter(|it| it.name == name && !it.value_name.is_empty())
             .flat_map(Setting::words)
+            .chain(PEN_SETTINGS.iter().filter(|it| it.full_name() == name).flat_map(PenSetting::words))
             .chain(of_option())
             .collect(),
     }
 }
 
-/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file and of what is
-/// printed.
+/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file, of a pen and of
+/// what is printed.
 pub(crate) fn of_any_photo(with_all: bool) -> Vec<Arg> {
     let printed = of_print(with_all).into_iter().filter(|argument| argument.get_id() != "preset");
     let others: Vec<String> = printed.map(|argument| argument.get_id().to_string()).collect();
     let is_of_one = |argument: &Arg| {
         let name = argument.get_id().as_str();
-        argument.get_long().is_none() || name == "output" || name.starts_with("preview") || others.iter().any(|it| it == name)
+        let is_of_pen = argument.get_help_heading() == Some(PEN);
+        argument.get_long().is_none()
+            || is_of_pen
+            || name == "output"
+            || name.starts_with("preview")
+            || others.iter().any(|it| it == name)
     };
     command(with_all).get_arguments().filter(|argument| !is_of_one(argument)).cloned().collect()
 }
@@ -228,7 +235,38 @@ fn of_output(with_all: bool) -> Vec<Arg> {
     [output, preview].into_iter().chain(settings).chain(limits).chain([preview_width, min_dot, force]).collect()
 }
 
+/// A pen and the machine that has it.
+fn of_pen(with_all: bool) -> Vec<Arg> {
+    let of_setting = |setting: &'static PenSetting| {
+        let name = setting.full_name();
+        let is_pen = setting.name == "pen";
+        let help = if is_pen {
+            format!("{} ({})", setting.sentence, MachineFormat::SUFFIXES)
+        } else {
+            format!("{} [default {}]", setting.sentence, setting.default)
+        };
+        let argument = Arg::new(name.clone()).long(name.replace('_', "-")).value_name(setting.value_name);
+        let argument = argument.allow_hyphen_values(true).help(help).hide(!with_all && !is_pen);
+        if is_pen { argument } else { argument.requires("pen") }
+    };
+    let names: Vec<&str> = Machine::SHIPPED.iter().map(|machine| machine.name).collect();
+    let machine = Arg::new("machine")
+        .long("machine")
+        .value_name("MACHINE")
+        .requires("pen")
+        .value_hint(ValueHint::FilePath)
+        .help(format!("Machine that the file and the times are for: {}, or the file of a profile", names.join(", ")))
+        .hide(!with_all);
+    let time = flag("max_plot_time")
+        .value_name("TIME")
+        .requires("pen")
+        .help("Draw as finely as the machine can plot in so long, such as 2h or 90min")
+        .hide(!with_all);
+    PEN_SETTINGS.iter().map(of_setting).chain([machine, time]).map(|argument| argument.help_heading(PEN)).collect()
+}
+
 /// Headings of the help.
+const PEN: &str = "Pen plotter";
 const OUTPUT: &str = "File";
 const SIZE: &str = "Size on paper";
 

@@ -39,27 +39,33 @@ fn draw_within(job: &Job, input: &mut Input, control: &Control) -> Result<Drawn>
     let pixels = (begun.photo.width() * begun.photo.height()) as f64;
     let mut trials = Trials::new(job.options.clone(), pixels, job.writer.clone(), job.limits.clone());
     // What all drawings took but the one that is taken.
-    let mut seconds = std::mem::take(&mut begun.seconds);
+    let mut spent = std::mem::take(&mut begun.seconds);
     let mut session = Session::new(begun.photo, begun.importance);
     let mut finest: Option<Outcome> = None;
     while let Some(options) = trials.next_options()? {
         if !session.fits(&options) {
             // Fewer nodes can do with a photo that is reduced further.
             let again = read(job, input, &options, control)?;
-            add(&mut seconds, again.seconds);
+            add(&mut spent, again.seconds);
             session = Session::new(again.photo, again.importance);
         }
         let outcome = with_least_radius(session.draw(&options, control)?, begun.least_radius)?;
-        let is_finest = trials.tell(&outcome.drawing, outcome.stats.nodes)?;
+        let seconds = match &job.plotter {
+            Some(plotter) if job.limits.max_seconds.is_some() => {
+                Some(plotter.stats(&plotter.plot(&outcome.drawing, control)?)?.timing.seconds)
+            }
+            _ => None,
+        };
+        let is_finest = trials.tell(&outcome.drawing, outcome.stats.nodes, seconds)?;
         let other = if is_finest { finest.replace(outcome) } else { Some(outcome) };
-        add(&mut seconds, other.map(|other| other.stats.seconds).unwrap_or_default());
+        add(&mut spent, other.map(|other| other.stats.seconds).unwrap_or_default());
         control.begin_round();
     }
     let within = trials.found().map_err(in_flags)?;
     let Some(mut outcome) = finest else {
         return Err(graphstipple_core::Error::Internal("what was found was not kept".into()).into());
     };
-    outcome.stats.add_seconds(seconds);
+    outcome.stats.add_seconds(spent);
     outcome.stats.within = Some(within);
     Ok(finished(outcome, begun.warnings, begun.decoder))
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, Reading, Source, decode};
+use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, MachineFormat, Reading, Source, decode};
 use graphstipple_core::{Control, Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
@@ -21,6 +21,11 @@ use crate::error::{Error, Result};
 pub fn format_of_path(path: &Path) -> Result<Format> {
     match path.extension().and_then(OsStr::to_str) {
         Some(suffix) => Format::of_suffix(suffix).map_err(|error| match error {
+            graphstipple_core::Error::Option { .. } if MachineFormat::of_suffix(suffix).is_ok() => Error::Usage(format!(
+                "{}: a file of .{} is a plot's, which needs the width of a pen",
+                path.display(),
+                suffix.to_ascii_lowercase()
+            )),
             graphstipple_core::Error::Option { allowed, .. } => {
                 Error::Usage(format!("{}: the suffix must be {allowed}", path.display()))
             }
@@ -28,6 +33,17 @@ pub fn format_of_path(path: &Path) -> Result<Format> {
         }),
         None => Err(Error::Usage(format!("{}: the file name needs a suffix: {}", path.display(), Format::suffixes()))),
     }
+}
+
+/// The format of plots that a path's suffix stands for, in upper or lower case.
+///
+/// # Errors
+/// [`Error::Usage`] for any other suffix or none, with those that are allowed.
+pub fn suffix_of_plot(path: &Path) -> Result<MachineFormat> {
+    let suffix = path.extension().and_then(OsStr::to_str);
+    suffix
+        .and_then(|suffix| MachineFormat::of_suffix(suffix).ok())
+        .ok_or_else(|| Error::Usage(format!("{}: the suffix of a plot must be {}", path.display(), MachineFormat::SUFFIXES)))
 }
 
 /// What another program is handed of an image that the core does not support.

@@ -7,7 +7,9 @@ mod command;
 mod drawn;
 pub mod error;
 pub mod files;
+pub mod machines;
 mod messages;
+mod plotter;
 pub mod recipe;
 mod scratch;
 mod shell;
@@ -20,9 +22,10 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use graphstipple_core::stages::{Pool, Stats, raster, schema};
+use graphstipple_core::stages::{Pool, picture, raster, schema};
 use graphstipple_core::{Control, presets};
 use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::Value;
 
 use arguments::Job;
 use command::{COMPLETIONS, HELP_ALL, LIST_PRESETS, MAN, OPTIONS_SCHEMA, command};
@@ -154,7 +157,7 @@ fn print(mut stream: impl Write, bytes: &[u8]) -> Result<()> {
 struct Made {
     files: Vec<(PathBuf, Vec<u8>)>,
     standard_output: Option<Vec<u8>>,
-    stats: Stats,
+    stats: Value,
     /// Sentences for the user.
     warnings: Vec<String>,
 }
@@ -192,18 +195,33 @@ fn watched<T: Send + 'static>(
 /// The whole work, from the photo's bytes to those of the outputs.
 fn make(job: &Job, control: &Control) -> Result<Made> {
     let input = job.photo.as_deref().map_or_else(Input::standard, Input::file);
-    let Drawn { outcome, mut warnings } = drawn::draw(job, input, control)?;
-    let drawing = outcome.drawing;
-    warnings.extend(job.writer.warning(&drawing));
-    let mut made = Made { files: Vec::new(), standard_output: None, stats: outcome.stats, warnings };
-    let bytes = job.writer.write(&drawing)?;
+    let Drawn { outcome, warnings } = drawn::draw(job, input, control)?;
+    let drawing = Arc::clone(&outcome.drawing);
+    let mut made = Made { files: Vec::new(), standard_output: None, stats: Value::Null, warnings };
+    let plot = job.plotter.as_ref().map(|plotter| plotter.plot(&drawing, control).map(|plot| (plotter, plot))).transpose()?;
+    let bytes = match &plot {
+        Some((plotter, plot)) => plotter.write(plot)?,
+        None => {
+            made.warnings.extend(job.writer.warning(&drawing));
+            job.writer.write(&drawing)?
+        }
+    };
+    made.stats = serde_json::to_value(&outcome.stats).expect("numbers and names always serialize");
+    if let (Some((plotter, plot)), Value::Object(stats), true) = (&plot, &mut made.stats, job.stats) {
+        let of_plot = serde_json::to_value(plotter.stats(plot)?).expect("numbers and names always serialize");
+        stats.insert("plot".to_owned(), of_plot);
+    }
     match &job.output {
         None => made.standard_output = Some(bytes),
         Some(path) => made.files.push((path.clone(), bytes)),
     }
     control.check()?;
     if let Some((path, width)) = &job.preview {
-        made.files.push((path.clone(), raster::encode_png(&raster::rasterize(&drawing, *width)?)?));
+        let raster = match &plot {
+            Some((_, plot)) => picture(plot, *width)?,
+            None => raster::rasterize(&drawing, *width)?,
+        };
+        made.files.push((path.clone(), raster::encode_png(&raster)?));
     }
     Ok(made)
 }

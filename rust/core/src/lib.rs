@@ -26,8 +26,8 @@ mod drawing;
 
 mod files;
 
-mod pipeline;
 mod offset;
+mod pipeline;
 mod plot;
 mod rules;
 

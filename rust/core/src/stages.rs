@@ -12,7 +12,7 @@ pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
     DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
-    Stage, Value, preset, schema, whole,
+    Stage, Value, preset, schema, seconds, whole,
 };
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
@@ -32,7 +32,7 @@ pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, rel
 // What is black and what is white.
 pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
 // From labels to shapes.
-pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
+pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
 // The drawing as data.
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.
@@ -44,5 +44,18 @@ pub use crate::files::{
 pub use crate::pipeline::draw_owned;
 // The finest drawing that is not too large.
 pub use crate::pipeline::{Limits, Trials};
+// Areas moved in and out.
+pub use crate::offset::{
+    Polygon, SIMPLIFIED, area, closed, intersection, offset, opened, simplified, simplified_line, subtracted, united,
+};
+// Paths for pens, and the machines that draw them.
+pub use crate::plot::{
+    Corner, Cornering, Fill, Limit, Machine, MachineFormat, PEN_SETTINGS, PROFILE_KEYS, Path, Pen, PenDots, PenOrder, PenSetting,
+    Plot, PlotLayer, PlotStats, ProfileKey, ShippedProfile, Timing, Upward, ordered, picture, plot, travelled,
+};
+// What falls out of a stencil, and what keeps it in.
+pub use crate::rules::{Bridge, Bridged, Bridging, Island, bridge, islands, islands_between, straight};
 // What machines can make.
-pub use crate::rules::{Changes, Islands, PROCESSES, Process, ProcessRule, RULES, Rules, enforce};
+pub use crate::rules::{
+    Changes, Islands, PROCESSES, Process, ProcessRule, RULES, Report, Rules, Violation, ViolationKind, check, enforce,
+};

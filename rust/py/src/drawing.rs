@@ -205,12 +205,7 @@ impl Drawing {
         let target = Target::find(&path, force).map_err(errors::from_files)?;
         let drawing = Arc::clone(&self.drawing);
         let (bytes, warning) = watch::run_core(py, None, move |_| Ok((writer.write(&drawing)?, writer.warning(&drawing))))?;
-        if target.is_stream() {
-            watch::run(py, Watch::on(Some(1)), errors::from_files, move |_| target.write(&bytes))?;
-        } else {
-            // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
-            py.detach(|| target.write(&bytes)).map_err(errors::from_files)?;
-        }
+        write(py, target, bytes)?;
         Ok(warning)
     }
 
@@ -320,6 +315,15 @@ impl Drawing {
         let field = watch::run_core(py, None, move |_| importance.on_canvas(width, height, factor))?;
         arrays::from_field(py, field).map(Some)
     }
+}
+
+/// Writes the bytes of a file.
+pub(crate) fn write(py: Python<'_>, target: Target, bytes: Vec<u8>) -> PyResult<()> {
+    if target.is_stream() {
+        return watch::run(py, Watch::on(Some(1)), errors::from_files, move |_| target.write(&bytes));
+    }
+    // Not on a watched worker: an interrupt would leave a half-written file's fate to a thread that nobody waits for.
+    py.detach(|| target.write(&bytes)).map_err(errors::from_files)
 }
 
 /// Areas of one ink as polygons, flat.

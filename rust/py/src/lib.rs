@@ -10,6 +10,7 @@ mod errors;
 mod fallback;
 mod options;
 mod photo;
+mod plot;
 mod recipe;
 mod session;
 mod stages;
@@ -29,13 +30,15 @@ mod _core {
     #[pymodule_export]
     use crate::photo::{Photo, Reading, adjust, luma_to_u8, photo, read_photo, saliency};
     #[pymodule_export]
+    use crate::plot::{Plot, machines, of_drawing, pen_settings};
+    #[pymodule_export]
     use crate::recipe::{Recipe, flags};
     #[pymodule_export]
     use crate::session::Session;
     #[pymodule_export]
     use crate::stages::{
-        cells, clean, components, diffuse, emphasize, grounds, lattice, lattice_labels, mixed_importance, outline, owners, refine,
-        relax, samples_per_pixel, split, stipple, triangulate,
+        cells, clean, components, diffuse, emphasize, grounds, lattice, lattice_labels, mixed_importance, offset, outline, owners,
+        refine, relax, samples_per_pixel, split, stipple, triangulate,
     };
     use crate::watch;
     #[pymodule_export]

@@ -52,7 +52,7 @@ impl Trials {
     /// Says which drawing these options gave. Returns whether it is the finest so far that fits.
     fn tell(&self, py: Python<'_>, drawing: &Drawing) -> PyResult<bool> {
         let (trials, (drawing, nodes)) = (Arc::clone(&self.trials), drawing.shared());
-        watch::run_core(py, None, move |_| Self::locked(&trials).tell(&drawing, nodes))
+        watch::run_core(py, None, move |_| Self::locked(&trials).tell(&drawing, nodes, None))
     }
 
     /// The finest drawing that fits, with what it came to in its stats. Raises if none does.

@@ -55,6 +55,8 @@ pub struct Within {
     pub bytes: Option<u64>,
     /// Points: coordinate pairs of the drawing.
     pub points: u64,
+    /// Seconds of its plot, if they are limited.
+    pub seconds: Option<u64>,
     /// Nodes of the drawing.
     pub nodes: usize,
     /// Its tolerance in pixels.

@@ -216,7 +216,7 @@ pub const SETTINGS: &[Setting] = &[
 ];
 
 /// A length as somebody gives it: a number of px, or text with a unit.
-fn length(value: &Value) -> Option<Length> {
+pub(crate) fn length(value: &Value) -> Option<Length> {
     match value {
         Value::Word(text) => text.parse().ok(),
         Value::Whole(number) => number.to_string().parse().ok(),

@@ -28,7 +28,7 @@ const PATH_DOTS: usize = PATH_BYTES / 40;
 pub(crate) const NAMESPACE: &str = "https://github.com/graphstipple/graphstipple";
 
 /// Where Inkscape's attributes live.
-const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
+pub(crate) const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 
 /// The drawing as an SVG document.
 ///
@@ -88,7 +88,7 @@ fn id_of(mark: Mark, ink: Ink) -> String {
 }
 
 /// A colour as an attribute has it.
-fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
+pub(crate) fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
     let is_short = [red, green, blue].iter().all(|value| value / 16 == value % 16);
     if is_short { format!("#{:x}{:x}{:x}", red % 16, green % 16, blue % 16) } else { format!("#{red:02x}{green:02x}{blue:02x}") }
 }
@@ -225,7 +225,7 @@ fn digits(value: f64) -> String {
 }
 
 /// Escapes what may not stand in XML character data.
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 

@@ -16,13 +16,33 @@ pub fn simplified(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     // From the uppermost of the leftmost points, wherever the ring begins, to the point farthest from it, and back.
     let first = (0..ring.len()).min_by(|a, b| ring[*a][0].total_cmp(&ring[*b][0]).then(ring[*a][1].total_cmp(&ring[*b][1])));
     let first = first.unwrap_or(0);
-    let at = |k: usize| Point::from((ring[(first + k) % ring.len()][0], ring[(first + k) % ring.len()][1]));
+    let at = |k: usize| {
+        let [x, y] = ring[(first + k) % ring.len()];
+        Point::new(x, y)
+    };
     let farthest = (1..ring.len()).max_by(|a, b| at(*a).distance_squared(at(0)).total_cmp(&at(*b).distance_squared(at(0))));
     let farthest = farthest.unwrap_or(1);
-    let mut kept = vec![false; ring.len()];
-    (kept[0], kept[farthest]) = (true, true);
-    let mut spans = vec![(0, farthest), (farthest, ring.len())];
+    let mut kept = vec![false; ring.len() + 1];
+    keep(&at, &[(0, farthest), (farthest, ring.len())], tolerance, &mut kept);
+    let left: Vec<[f64; 2]> = (0..ring.len()).filter(|k| kept[*k]).map(|k| ring[(first + k) % ring.len()]).collect();
+    if left.len() < 3 { Vec::new() } else { left }
+}
+
+/// An open line likewise; its ends stay.
+pub fn simplified_line(line: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
+    if line.len() < 3 {
+        return line.to_vec();
+    }
+    let mut kept = vec![false; line.len()];
+    keep(&|k| Point::new(line[k][0], line[k][1]), &[(0, line.len() - 1)], tolerance, &mut kept);
+    line.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(point, _)| *point).collect()
+}
+
+/// Marks the points that are kept of spans from one point to another: their ends, and the farthest from the chord where it is too far.
+fn keep(at: &dyn Fn(usize) -> Point, spans: &[(usize, usize)], tolerance: f64, kept: &mut [bool]) {
+    let mut spans = spans.to_vec();
     while let Some((begin, end)) = spans.pop() {
+        (kept[begin], kept[end]) = (true, true);
         let (mut most, mut place) = (tolerance, None);
         for k in begin + 1..end {
             let distance = distance_to_segment(at(k), at(begin), at(end));
@@ -31,10 +51,7 @@ pub fn simplified(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
             }
         }
         if let Some(place) = place {
-            kept[place] = true;
             spans.extend([(begin, place), (place, end)]);
         }
     }
-    let left: Vec<[f64; 2]> = (0..ring.len()).filter(|k| kept[*k]).map(|k| ring[(first + k) % ring.len()]).collect();
-    if left.len() < 3 { Vec::new() } else { left }
 }

@@ -19,8 +19,8 @@ pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXEL
 pub use choices::{Alpha, Crossings, ErrorWeighting, Inks, LatticeKind, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};
-pub(crate) use numbers::bytes;
-pub use numbers::whole;
+pub(crate) use numbers::{bytes, in_hours};
+pub use numbers::{seconds, whole};
 pub use presets::{Preset, preset, presets};
 pub use schema::schema;
 pub use value::{Rule, Value};

@@ -1,4 +1,4 @@
-//! Numbers as people write them on a command line: in, text; out, whole numbers, and sizes of files in bytes.
+//! Numbers as people write them on a command line: in, text; out, whole numbers, and sizes of files in bytes, and times in seconds.
 
 /// A float as the whole number that it is, such as 1e5: the largest of which all are exact is 2^53.
 pub(super) fn exact(number: f64) -> Option<u64> {
@@ -42,6 +42,35 @@ pub(crate) fn bytes(text: &str) -> Option<u64> {
     let Some((unit, factor)) = unit else { return whole(&text) };
     let number: f64 = text[..text.len() - unit.len()].trim_end().parse().ok()?;
     exact((number * factor).floor())
+}
+
+/// A time in whole seconds: a number with a unit, such as `2h`, `90min` or `45s`, or several from the largest unit on: `1h30min`.
+pub fn seconds(text: &str) -> Option<u64> {
+    let mut rest = text.trim();
+    let mut sum = 0.0;
+    let mut last = f64::INFINITY;
+    while !rest.is_empty() {
+        let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.')?;
+        let number: f64 = rest[..end].parse().ok()?;
+        rest = rest[end..].trim_start();
+        let (unit, factor) =
+            [("h", 3600.0), ("min", 60.0), ("m", 60.0), ("s", 1.0)].into_iter().find(|(unit, _)| rest.starts_with(unit))?;
+        if factor >= last {
+            return None;
+        }
+        (sum, last) = (sum + number * factor, factor);
+        rest = rest[unit.len()..].trim_start();
+    }
+    last.is_finite().then(|| exact(sum.floor())).flatten()
+}
+
+/// A time as people write it: `2h 5min`, `90s`.
+pub(crate) fn in_hours(seconds: u64) -> String {
+    match (seconds / 3600, seconds % 3600 / 60, seconds % 60) {
+        (0, minutes, seconds) if minutes < 2 => format!("{}s", 60 * minutes + seconds),
+        (0, minutes, seconds) => format!("{}min", minutes + u64::from(seconds > 0)),
+        (hours, minutes, seconds) => format!("{hours}h {}min", minutes + u64::from(seconds > 0)),
+    }
 }
 
 #[cfg(test)]
@@ -94,5 +123,18 @@ mod tests {
         for text in ["", "kB", "-5kB", "many", "1TBq", "nan kB", "inf", "1e300MB"] {
             assert_eq!(bytes(text), None, "{text}");
         }
+    }
+
+    #[test]
+    fn times_are_read_as_people_write_them() {
+        for (text, number) in
+            [("2h", 7200), ("90min", 5400), ("90m", 5400), ("1.5h", 5400), ("1h30min", 5400), ("1h 30m 5s", 5405), ("45s", 45)]
+        {
+            assert_eq!(seconds(text), Some(number), "{text}");
+        }
+        for text in ["", "2", "h", "-2h", "2d", "30min1h", "1h1h", "1.2.3h", "inf h", "2h3"] {
+            assert_eq!(seconds(text), None, "{text}");
+        }
+        assert_eq!([45, 119, 120, 121, 7200, 7201].map(in_hours), ["45s", "119s", "2min", "3min", "2h 0min", "2h 1min"]);
     }
 }

@@ -1,4 +1,4 @@
-//! The finest drawing within a limit: in, the options of a drawing and how many bytes or points it may have; out, the options of the
+//! The finest drawing within a limit: in, the options of a drawing and how many bytes or points it may have, or how long its plot may take; out, the options of the
 //! next drawing to try, until one of those that were tried is the answer.
 //!
 //! Who asks draws the trials, best in a [`super::Session`]: they differ in their tolerance or in their nodes, and the session makes
@@ -7,7 +7,7 @@
 use crate::base::{Checked, Error, Result};
 use crate::drawing::{Drawing, Within};
 use crate::files::Writer;
-use crate::options::{Options, Typed, Value, bytes};
+use crate::options::{Options, Typed, Value, bytes, in_hours};
 use crate::pipeline::search::{Search, Trial};
 
 /// What a blank sheet counts as to the search, as a share of the limit: there is room for a finer drawing.
@@ -20,6 +20,8 @@ pub struct Limits {
     pub max_bytes: Option<u64>,
     /// The most points: coordinate pairs, control points included; a dot counts one.
     pub max_points: Option<u64>,
+    /// The most seconds that a machine may take for its plot.
+    pub max_seconds: Option<u64>,
 }
 
 impl Limits {
@@ -36,7 +38,7 @@ impl Limits {
             at_least_one("max_bytes", given, read, "a number of bytes, at least 1, or one with a unit such as 100kB, 1MB or 100KiB")
         };
         let count = |given: &Value| at_least_one("max_points", given, u64::read(given), "a whole number, at least 1");
-        Ok(Self { max_bytes: max_bytes.map(size).transpose()?, max_points: max_points.map(count).transpose()? })
+        Ok(Self { max_bytes: max_bytes.map(size).transpose()?, max_points: max_points.map(count).transpose()?, max_seconds: None })
     }
 
     /// Whether there is none.
@@ -55,8 +57,8 @@ pub struct Trials {
     next: Option<Trial>,
     /// The finest that fits, and the share of the limits that it is.
     best: Option<(f64, Within)>,
-    /// Bytes and points of the smallest drawing, and the share of the limits that they are.
-    smallest: Option<(f64, [u64; 2])>,
+    /// Bytes, points and seconds of the smallest drawing, and the share of the limits that they are.
+    smallest: Option<(f64, [u64; 3])>,
     /// Whether the drawing as it was asked for is of one ink alone.
     is_blank_as_asked: bool,
 }
@@ -82,16 +84,21 @@ impl Trials {
         options.check().map(Some)
     }
 
-    /// Says which drawing these options gave, and how many nodes it has. Returns whether it is the finest so far that fits.
+    /// Says which drawing these options gave, how many nodes it has, and where time is limited, how many seconds its plot takes. Returns
+    /// whether it is the finest so far that fits.
     ///
     /// # Errors
     /// As [`Writer::write`].
-    pub fn tell(&mut self, drawing: &Drawing, nodes: usize) -> Result<bool> {
+    pub fn tell(&mut self, drawing: &Drawing, nodes: usize, seconds: Option<f64>) -> Result<bool> {
         let Some(trial) = self.next else { return Ok(false) };
         let points = drawing.count_written().1 as u64;
         let bytes = self.limits.max_bytes.map(|_| self.writer.write(drawing).map(|file| file.len() as u64)).transpose()?;
         let of_limit = |size: u64, limit: Option<u64>| limit.map_or(0.0, |limit| size as f64 / limit as f64);
-        let share = of_limit(bytes.unwrap_or(0), self.limits.max_bytes).max(of_limit(points, self.limits.max_points));
+        // To the second, as limits are told.
+        let seconds = seconds.map(|seconds| seconds.ceil() as u64);
+        let share = of_limit(bytes.unwrap_or(0), self.limits.max_bytes)
+            .max(of_limit(points, self.limits.max_points))
+            .max(of_limit(seconds.unwrap_or(0), self.limits.max_seconds));
         // A blank sheet has few bytes and no points, but is no drawing of a photo that shows something.
         let is_blank = drawing.stipples.is_empty() && drawing.regions.len() < 2;
         if self.search.trials() == 0 {
@@ -99,13 +106,13 @@ impl Trials {
         }
         let counts = !is_blank || self.is_blank_as_asked;
         if counts && self.smallest.is_none_or(|(smallest, _)| share < smallest) {
-            self.smallest = Some((share, [bytes.unwrap_or(0), points]));
+            self.smallest = Some((share, [bytes.unwrap_or(0), points, seconds.unwrap_or(0)]));
         }
         self.search.tell(trial, if counts { share } else { BLANK }, nodes as u64);
         self.next = self.search.next();
         let is_finest = counts && share <= 1.0 && self.best.as_ref().is_none_or(|(largest, _)| share > *largest);
         if is_finest {
-            self.best = Some((share, Within { trials: 0, bytes, points, nodes, tolerance: trial.tolerance }));
+            self.best = Some((share, Within { trials: 0, bytes, points, seconds, nodes, tolerance: trial.tolerance }));
         }
         Ok(is_finest)
     }
@@ -118,9 +125,13 @@ impl Trials {
         if let Some((_, best)) = &self.best {
             return Ok(Within { trials: self.search.trials(), ..best.clone() });
         }
-        let Some((_, [bytes, points])) = self.smallest else {
+        let Some((_, [bytes, points, seconds])) = self.smallest else {
             return Err(Error::Input("no drawing was made to find the finest among".into()));
         };
+        if let Some(limit) = self.limits.max_seconds.filter(|limit| seconds > *limit) {
+            let allowed = format!("at least {}: the coarsest drawing that was tried takes so long", in_hours(seconds));
+            return Err(Error::option("max_plot_time", in_hours(limit), allowed));
+        }
         let (name, limit, least, unit) = match (self.limits.max_bytes, self.limits.max_points) {
             (Some(limit), _) if bytes > limit => ("max_bytes", limit, bytes, "bytes"),
             (_, limit) => ("max_points", limit.unwrap_or(0), points, "points"),
@@ -162,7 +173,7 @@ mod tests {
         let mut finest = None;
         while let Some(options) = trials.next_options()? {
             let outcome = session.draw(&options, &Control::new())?;
-            if trials.tell(&outcome.drawing, outcome.stats.nodes)? {
+            if trials.tell(&outcome.drawing, outcome.stats.nodes, Some(outcome.stats.nodes as f64))? {
                 finest = Some(outcome);
             }
         }
@@ -179,17 +190,31 @@ mod tests {
         let photo = photo(1);
         let (whole, within) = drawn(&photo, &Options::default(), "svg", &Limits::default()).unwrap();
         let (points, bytes) = (within.points, bytes_of(&whole, "svg"));
-        let limits = Limits { max_bytes: None, max_points: Some(points / 2) };
+        let limits = Limits { max_bytes: None, max_points: Some(points / 2), ..Limits::default() };
         let (_, found) = drawn(&photo, &Options::default(), "svg", &limits).unwrap();
         assert!(found.points <= points / 2 && found.points as f64 >= 0.9 * (points / 2) as f64 && found.bytes.is_none());
         assert!(found.tolerance > Options::default().tolerance && found.nodes < whole.stats.nodes);
-        let limits = Limits { max_bytes: Some(bytes / 2), max_points: Some(points / 3) };
+        let limits = Limits { max_bytes: Some(bytes / 2), max_points: Some(points / 3), ..Limits::default() };
         let (_, found) = drawn(&photo, &Options::default(), "svg", &limits).unwrap();
         assert!(found.points <= points / 3 && found.bytes.unwrap() <= bytes / 2);
         // What fits is left as it is.
-        let limits = Limits { max_bytes: Some(bytes), max_points: Some(points) };
+        let limits = Limits { max_bytes: Some(bytes), max_points: Some(points), ..Limits::default() };
         let (found, within) = drawn(&photo, &Options::default(), "svg", &limits).unwrap();
         assert!(within.trials == 1 && found.drawing == whole.drawing);
+    }
+
+    #[test]
+    fn seconds_are_limited_as_bytes_are() {
+        // Here a plot takes a second a node.
+        let photo = photo(1);
+        let (whole, _) = drawn(&photo, &Options::default(), "svg", &Limits::default()).unwrap();
+        let limits = Limits { max_seconds: Some(whole.stats.nodes as u64 / 2), ..Limits::default() };
+        let (_, found) = drawn(&photo, &Options::default(), "svg", &limits).unwrap();
+        let most = limits.max_seconds.unwrap();
+        assert!(found.seconds.is_some_and(|seconds| seconds <= most && seconds as f64 >= 0.9 * most as f64), "{found:?}");
+        let limits = Limits { max_seconds: Some(1), ..Limits::default() };
+        let told = drawn(&photo, &Options::default(), "svg", &limits).unwrap_err().to_string();
+        assert!(told.starts_with("max_plot_time is 1s, but it must be at least "), "{told}");
     }
 
     #[test]
@@ -199,7 +224,7 @@ mod tests {
             let rest = told.split("at least ").nth(1).expect("the sentence has it");
             rest.split(':').next().unwrap().parse().unwrap()
         };
-        let message = told(&Limits { max_bytes: Some(10), max_points: None });
+        let message = told(&Limits { max_bytes: Some(10), max_points: None, ..Limits::default() });
         let bytes = least(&message);
         assert_eq!(
             message,
@@ -207,16 +232,16 @@ mod tests {
         );
         assert!((500..5000).contains(&bytes), "{message}");
         // Other limits lead to other trials, and the coarsest of them to others by a node or two.
-        let limits = Limits { max_bytes: Some(bytes + bytes / 10), max_points: None };
+        let limits = Limits { max_bytes: Some(bytes + bytes / 10), max_points: None, ..Limits::default() };
         let (found, within) = drawn(&photo(0), &Options::default(), "svg", &limits).unwrap();
         assert!(within.bytes.unwrap() <= bytes + bytes / 10 && found.drawing.regions.len() > 1, "{within:?}");
-        let message = told(&Limits { max_bytes: Some(1_000_000), max_points: Some(1) });
+        let message = told(&Limits { max_bytes: Some(1_000_000), max_points: Some(1), ..Limits::default() });
         assert!(message.starts_with("max_points is 1, but it must be at least ") && least(&message) < 100, "{message}");
     }
 
     #[test]
     fn a_blank_sheet_is_no_answer_but_to_a_blank_photo() {
-        let limits = Limits { max_bytes: None, max_points: Some(1) };
+        let limits = Limits { max_bytes: None, max_points: Some(1), ..Limits::default() };
         assert!(drawn(&photo(0), &Options::default(), "svg", &limits).is_err());
         let flat = Photo::new(Field::constant(40, 30, 1.0).unwrap());
         let (found, within) = drawn(&flat, &Options::default(), "svg", &limits).unwrap();
@@ -227,7 +252,7 @@ mod tests {
     fn limits_are_read_from_numbers_and_text() {
         let word = |text: &str| Value::Word(text.to_owned());
         let read = |bytes: Value, points: Value| Limits::read(Some(&bytes), Some(&points));
-        let limits = Limits { max_bytes: Some(100_000), max_points: Some(20_000) };
+        let limits = Limits { max_bytes: Some(100_000), max_points: Some(20_000), ..Limits::default() };
         assert_eq!(read(word("100kB"), Value::Whole(20_000)).unwrap(), limits);
         assert_eq!(read(Value::Number(1e5), Value::Number(2e4)).unwrap(), limits);
         assert!(Limits::read(None, None).unwrap().is_none() && !limits.is_none());

@@ -6,6 +6,7 @@
 
 use crate::base::signed_area;
 use crate::offset::Polygon;
+use crate::rules::nesting::containers;
 
 /// Black areas and the white in them: nodes of a tree whose root is the sheet.
 pub(super) struct Nesting {
@@ -23,9 +24,7 @@ pub(super) struct Nesting {
 const SHEET: usize = 0;
 
 impl Nesting {
-    /// # Runtime
-    /// About n times the square root of n in the number of points, for areas that are not all in one row.
-    pub(super) fn of(areas: &[&Polygon]) -> Self {
+    pub(super) fn of(areas: &[Polygon]) -> Self {
         let mut first = Vec::with_capacity(areas.len());
         let mut rings = vec![[usize::MAX; 2]];
         for (number, area) in areas.iter().enumerate() {
@@ -36,18 +35,9 @@ impl Nesting {
         for (number, area) in areas.iter().enumerate() {
             around[first[number] + 1..first[number] + area.len()].fill(first[number]);
         }
-        // From left to right: what lies on the left of an area is known by then.
-        let leftmost = |area: &&Polygon| area[0].iter().copied().fold([f64::INFINITY; 2], |a, b| if b < a { b } else { a });
-        let lefts: Vec<[f64; 2]> = areas.iter().map(leftmost).collect();
-        let mut order: Vec<usize> = (0..areas.len()).collect();
-        let by_place = |a: &[f64; 2], b: &[f64; 2]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
-        order.sort_by(|a, b| by_place(&lefts[*a], &lefts[*b]).then(a.cmp(b)));
-        let rows = Rows::of(areas, &first);
-        for number in order {
-            let own = first[number]..first[number] + areas[number].len();
-            if let Some(node) = rows.on_left(lefts[number], &own) {
-                // Beside the edge of a hole is the hole, beside that of an area what surrounds it.
-                around[first[number]] = if rings[node][1] == 0 { around[node] } else { node };
+        for (number, hole) in containers(areas).into_iter().enumerate() {
+            if let Some((outer, ring)) = hole {
+                around[first[number]] = first[outer as usize] + ring as usize;
             }
         }
         let mut sizes = vec![f64::INFINITY; rings.len()];
@@ -109,58 +99,6 @@ impl Nesting {
     }
 }
 
-/// Edges of rings by rows.
-struct Rows {
-    top: f64,
-    height: f64,
-    rows: Vec<Vec<(u32, [[f64; 2]; 2])>>,
-}
-
-impl Rows {
-    fn of(areas: &[&Polygon], first: &[usize]) -> Self {
-        let points = || areas.iter().flat_map(|area| area.iter()).flatten();
-        let (top, bottom, count) = points()
-            .fold((f64::INFINITY, f64::NEG_INFINITY, 0usize), |(top, bottom, count), p| (top.min(p[1]), bottom.max(p[1]), count + 1));
-        let lines = (count as f64).sqrt().ceil().max(1.0);
-        let height = if bottom > top { (bottom - top) / lines } else { 1.0 };
-        let mut rows = Self { top, height, rows: vec![Vec::new(); lines as usize + 1] };
-        for (number, area) in areas.iter().enumerate() {
-            for (ring, points) in area.iter().enumerate() {
-                for i in 0..points.len() {
-                    let edge = [points[i], points[(i + 1) % points.len()]];
-                    if edge[0][1] != edge[1][1] {
-                        let (low, high) = (edge[0][1].min(edge[1][1]), edge[0][1].max(edge[1][1]));
-                        for row in rows.row(low)..=rows.row(high) {
-                            rows.rows[row].push(((first[number] + ring) as u32, edge));
-                        }
-                    }
-                }
-            }
-        }
-        rows
-    }
-
-    fn row(&self, y: f64) -> usize {
-        (((y - self.top) / self.height).max(0.0) as usize).min(self.rows.len() - 1)
-    }
-
-    /// The node of the edge that is nearest on the left of a place, of those that are no one's `own`.
-    fn on_left(&self, [x, y]: [f64; 2], own: &std::ops::Range<usize>) -> Option<usize> {
-        let mut nearest: Option<(f64, usize)> = None;
-        for (node, [a, b]) in &self.rows[self.row(y)] {
-            let node = *node as usize;
-            if own.contains(&node) || (a[1] > y) == (b[1] > y) {
-                continue;
-            }
-            let at = a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
-            if at < x && nearest.is_none_or(|(right, _)| at > right) {
-                nearest = Some((at, node));
-            }
-        }
-        nearest.map(|(_, node)| node)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,7 +115,6 @@ mod tests {
     fn the_smallest_goes_first_and_what_it_joins_stays() {
         // A black ring of 1 mm, with a large white middle, and in it a black square with a white one.
         let areas = [vec![square(5.0, 35.0), hole(6.0, 34.0)], vec![square(10.0, 14.0), hole(11.0, 13.0)]];
-        let areas: Vec<&Polygon> = areas.iter().collect();
         let nesting = Nesting::of(&areas);
         assert_eq!(nesting.around, [0, 0, 1, 2, 3]);
         assert_eq!(nesting.sizes[1..], [116.0, 768.0, 12.0, 4.0]);
@@ -196,7 +133,7 @@ mod tests {
     fn areas_in_a_row_lie_in_the_same() {
         let areas: Vec<Polygon> = (0..5).map(|i| vec![square(f64::from(i) * 3.0, f64::from(i) * 3.0 + 2.0)]).collect();
         let outer = vec![square(-1.0, 20.0), hole(-0.5, 19.0)];
-        let all: Vec<&Polygon> = areas.iter().chain([&outer]).collect();
+        let all: Vec<Polygon> = areas.into_iter().chain([outer]).collect();
         let nesting = Nesting::of(&all);
         assert_eq!(nesting.around[1..6], [7; 5]);
         assert_eq!(nesting.around[6..], [0, 6]);

@@ -15,7 +15,7 @@ use crate::drawing::{Drawing, Ring};
 use crate::offset::Polygon;
 use crate::outlines::Stipple;
 use crate::rules::near::{Near, Pairs};
-use crate::rules::report::{Kind, Report, Shape, Violation};
+use crate::rules::report::{ViolationKind, Report, Shape, Violation};
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::{Shapes, tolerance_for};
 use crate::rules::thin::{Thin, thin};
@@ -70,7 +70,7 @@ fn too_thin(shapes: &Shapes, rules: &Rules, ink: Ink) -> Result<Vec<Violation>> 
     if limit == 0.0 {
         return Ok(Vec::new());
     }
-    let kind = if ink == Ink::Black { Kind::Neck } else { Kind::Gap };
+    let kind = if ink == Ink::Black { ViolationKind::Neck } else { ViolationKind::Gap };
     let of = |Thin { width, length, place: [x, y], outline, .. }: Thin| {
         let measured = width.min(limit - allowance(limit));
         Violation { kind, x, y, measured, limit, length, shape: Shape::Area(outline) }
@@ -94,7 +94,7 @@ fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Viol
         let least = rules.least_dot(ink);
         let small = dots.iter().filter(|(_, radius)| 2.0 * radius < least - allowance(least));
         violations.extend(small.map(|([x, y], radius)| Violation {
-            kind: Kind::Dot,
+            kind: ViolationKind::Dot,
             x: *x,
             y: *y,
             measured: 2.0 * radius,
@@ -107,7 +107,7 @@ fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Viol
         if limit == 0.0 {
             continue;
         }
-        let kind = if ink == Ink::Black { Kind::Gap } else { Kind::Neck };
+        let kind = if ink == Ink::Black { ViolationKind::Gap } else { ViolationKind::Neck };
         let reach = limit - allowance(limit);
         let between = |p: [f64; 2], q: [f64; 2], distance: f64| {
             let shape = Shape::Way([p, q]);
@@ -176,10 +176,10 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
         };
         let mut found = Vec::new();
         if is_small {
-            found.push(violation(Kind::Area, least));
+            found.push(violation(ViolationKind::Area, least));
         }
         if is_island {
-            found.push(violation(Kind::Island, 0.0));
+            found.push(violation(ViolationKind::Island, 0.0));
         }
         found
     });
@@ -189,7 +189,7 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
         violations.extend(drawing.stipples.iter().filter(|dot| dot.ink == Ink::White).map(|dot| {
             let radius = dot.radius * scale;
             Violation {
-                kind: Kind::Island,
+                kind: ViolationKind::Island,
                 x: dot.x * scale,
                 y: dot.y * scale,
                 measured: std::f64::consts::PI * radius * radius,

@@ -19,7 +19,7 @@ use crate::rules::rules::Rules;
 /// What is wrong at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum ViolationKind {
     /// Black is too narrow: a neck, a line, or a spike.
     Neck,
     /// White between black is too narrow.
@@ -32,7 +32,7 @@ pub enum Kind {
     Island,
 }
 
-impl Kind {
+impl ViolationKind {
     /// All kinds, in the order of a report.
     pub const ALL: [Self; 5] = [Self::Neck, Self::Gap, Self::Dot, Self::Area, Self::Island];
 
@@ -95,7 +95,7 @@ pub(super) enum Shape {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
     /// What is wrong.
-    pub kind: Kind,
+    pub kind: ViolationKind,
     /// Where, in mm from the drawing's top left.
     pub x: f64,
     /// Where, in mm from the drawing's top left.
@@ -131,14 +131,14 @@ const MOST_MARKS: usize = 5000;
 
 impl Report {
     /// How many violations of a kind there are.
-    pub fn count(&self, kind: Kind) -> usize {
+    pub fn count(&self, kind: ViolationKind) -> usize {
         let first = self.violations.partition_point(|violation| violation.kind < kind);
         self.violations[first..].partition_point(|violation| violation.kind == kind)
     }
 
     /// The number of every kind by its name, those with none too.
     pub fn counts(&self) -> Map<String, Value> {
-        Kind::ALL.iter().map(|kind| (kind.name().to_owned(), self.count(*kind).into())).collect()
+        ViolationKind::ALL.iter().map(|kind| (kind.name().to_owned(), self.count(*kind).into())).collect()
     }
 
     /// The report as a JSON document: `width` and `height` in mm, `rules`, `counts` by kind, `changes`, and `violations`, each with
@@ -181,7 +181,7 @@ impl Report {
         }
         // Text and marks are readable however large the sheet is.
         let em = (0.5 * (width + height) / 50.0).max(0.1);
-        let kinds: Vec<Kind> = Kind::ALL.into_iter().filter(|kind| self.count(*kind) > 0).collect();
+        let kinds: Vec<ViolationKind> = ViolationKind::ALL.into_iter().filter(|kind| self.count(*kind) > 0).collect();
         let legend = em * (1.6 * kinds.len().max(1) as f64 + 1.2);
         let number = |value: f64| format!("{}", (value * 1e3).round() / 1e3);
         let mut svg = format!(
@@ -260,7 +260,7 @@ impl Report {
     }
 
     /// What was found of a kind, in a line.
-    fn sentence(&self, kind: Kind) -> String {
+    fn sentence(&self, kind: ViolationKind) -> String {
         let count = self.count(kind);
         let (several, _) = kind.told();
         let called = if count == 1 { kind.name() } else { several };
@@ -270,7 +270,7 @@ impl Report {
         let (unit, limit) = (kind.unit(), of_kind.first().map_or(0.0, |violation| violation.limit));
         let shown = if count > MOST_MARKS { format!(", the smallest {MOST_MARKS} of them marked") } else { String::new() };
         match kind {
-            Kind::Island => format!("{count} {called}, white that falls out{shown}"),
+            ViolationKind::Island => format!("{count} {called}, white that falls out{shown}"),
             _ => format!("{count} {called} below {} {unit}, down to {} {unit}{shown}", told(limit), told(least)),
         }
     }
