@@ -91,6 +91,18 @@ impl Loose {
         }
     }
 
+    /// Near where a curve or a dot touches another one, or itself; `None` if none does.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a shape that is no line on the canvas, [`Error::Cancelled`].
+    pub(crate) fn meeting(&self, control: &Control) -> Result<Option<[f64; 2]>> {
+        let lines = self.lines().map_err(|(shape, what)| invalid(format!("{shape:?} {what}")))?;
+        match sweep(&lines, control)? {
+            Swept::Apart(_) => Ok(None),
+            Swept::Meeting(Meeting { at, .. }) => Ok(Some(at)),
+        }
+    }
+
     /// All curves and dots as lines, or the first that is none.
     fn lines(&self) -> std::result::Result<Vec<Line>, (Shape, &'static str)> {
         let tolerance = flattening_tolerance(self.units);

@@ -19,6 +19,8 @@ pub struct Changes {
     pub features: usize,
     /// White parts that were too thin.
     pub gaps: usize,
+    /// Straight bridges that join islands to the frame.
+    pub bridges: usize,
     /// Rounds of opening and closing.
     pub rounds: usize,
     /// Mean tone before, 0 black to 1 white.

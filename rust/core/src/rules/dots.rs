@@ -9,9 +9,10 @@
 
 use kurbo::Point;
 
-use crate::base::{Checked, Control, Ink, POLYGON_REACH, Result};
+use crate::base::{Control, Ink, POLYGON_REACH, Result};
 use crate::drawing::Drawing;
 use crate::outlines::Stipple;
+use crate::rules::check::allowance;
 use crate::rules::near::{Discs, Near, along_curve};
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::Shapes;
@@ -50,86 +51,133 @@ enum Event {
     Change(f64),
 }
 
-struct Placing<'a> {
+/// The dots of a drawing, to be placed in regions.
+pub(super) struct Placing<'a> {
     shapes: &'a Shapes<'a>,
-    near: Near,
-    discs: Discs,
-    size: [f64; 2],
+    old: &'a [Stipple],
     rules: &'a Rules,
+    /// What happens, in the order of a curve.
+    events: Vec<Event>,
+    near: Near,
+    size: [f64; 2],
     /// What may be less than a limit without breaking it, in mm.
     allowance: f64,
-    placed: Vec<Stipple>,
+}
+
+/// Dots that are placed.
+#[derive(Clone)]
+struct Placed {
+    discs: Discs,
+    dots: Vec<Stipple>,
     counts: DotCounts,
 }
 
-/// Places the dots.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub(super) fn place(
-    shapes: &Shapes,
-    old: &[Stipple],
-    changes: &[Change],
-    rules: &Checked<Rules>,
-    allowance: f64,
-    control: &Control,
-) -> Result<(Vec<Stipple>, DotCounts)> {
-    let (scale, drawing) = (shapes.scale, shapes.drawing);
-    let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
-    let side = size[0].max(size[1]);
-    let near = Near::of(&shapes.black, size);
-    let discs = Discs::new(size, old.len());
-    let mut placing =
-        Placing { shapes, near, discs, size, rules, allowance, placed: Vec::new(), counts: DotCounts::default() };
-    let at = |dot: &Stipple| [dot.x * scale, dot.y * scale];
+/// How often dots are placed to have the tone that is wanted.
+const TRIALS: usize = 4;
 
-    let mut events: Vec<(u32, Event)> = Vec::with_capacity(old.len() + changes.len());
-    events.extend(old.iter().enumerate().map(|(index, dot)| (along_curve(at(dot), side), Event::Dot(index))));
-    events.extend(changes.iter().map(|change| (along_curve(change.place, side), Event::Change(change.missing))));
-    // What is equal stays in its order.
-    events.sort_by_key(|(along, _)| *along);
+/// A mean tone that is so near is right.
+const TONE_EXACT: f64 = 1e-3;
 
-    // Those that may stay as they are come first, wherever the others would like to be.
-    let mut stays = vec![None; old.len()];
-    for (count, (_, event)) in events.iter().enumerate() {
-        if count.is_multiple_of(1 << 12) {
-            control.check()?;
-        }
-        if let Event::Dot(index) = *event {
-            stays[index] = placing.as_it_is(&old[index]);
-        }
+impl<'a> Placing<'a> {
+    /// `changes` are what the regions of `shapes` have lost and gained.
+    pub(super) fn new(shapes: &'a Shapes<'a>, old: &'a [Stipple], changes: &[Change], rules: &'a Rules) -> Self {
+        let (scale, drawing) = (shapes.scale, shapes.drawing);
+        let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
+        let side = size[0].max(size[1]);
+        let mut events: Vec<(u32, Event)> = Vec::with_capacity(old.len() + changes.len());
+        let at = |dot: &Stipple| [dot.x * scale, dot.y * scale];
+        events.extend(old.iter().enumerate().map(|(index, dot)| (along_curve(at(dot), side), Event::Dot(index))));
+        events.extend(changes.iter().map(|change| (along_curve(change.place, side), Event::Change(change.missing))));
+        // What is equal stays in its order.
+        events.sort_by_key(|(along, _)| *along);
+        let events = events.into_iter().map(|(_, event)| event).collect();
+        let limits = [rules.min_feature, rules.min_gap, rules.min_dot];
+        let finest = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
+        let allowance = if finest.is_finite() { 0.5 * allowance(finest) } else { 0.0 };
+        Self { shapes, old, rules, events, near: Near::of(&shapes.black, size), size, allowance }
     }
-    let mut missing = 0.0;
-    for (count, (_, event)) in events.iter().enumerate() {
-        if count.is_multiple_of(1 << 12) {
-            control.check()?;
+
+    /// The dots. Those that are made anew are worth so much more or less than they were that the whole canvas of an area in mm^2 has
+    /// the share of black that is wanted, as far as they can.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub(super) fn placed(&self, wanted: f64, canvas: f64, control: &Control) -> Result<(Vec<Stipple>, DotCounts)> {
+        let black = crate::offset::area(&self.shapes.black);
+        let area = |dot: &Stipple| std::f64::consts::PI * (dot.radius * self.shapes.scale).powi(2);
+        let signed = |dot: &Stipple| if dot.ink == Ink::Black { area(dot) } else { -area(dot) };
+        let (begun, stays) = self.as_they_are(control)?;
+        let loose: f64 = self.old.iter().zip(&stays).filter(|(_, stays)| stays.is_none()).map(|(dot, _)| area(dot)).sum();
+        let mut best: Option<(f64, Placed)> = None;
+        let mut more = 0.0;
+        for _ in 0..TRIALS {
+            let placed = self.trial(begun.clone(), &stays, more, control)?;
+            let missing = wanted * canvas - black - placed.dots.iter().map(signed).sum::<f64>();
+            let is_better = best.as_ref().is_none_or(|(least, _)| missing.abs() < least.abs());
+            if is_better {
+                best = Some((missing, placed));
+            }
+            if missing.abs() <= TONE_EXACT * canvas || loose == 0.0 || !is_better {
+                break;
+            }
+            // Black dots are worth more by that share, white ones less.
+            more = (more + missing / loose).clamp(-1.0, 1.0);
         }
-        match *event {
-            Event::Change(by) => missing += by,
-            Event::Dot(index) => {
-                let dot = &old[index];
-                let sign = if dot.ink == Ink::Black { 1.0 } else { -1.0 };
-                let area = |radius: f64| std::f64::consts::PI * (radius * scale).powi(2);
-                missing += sign * area(dot.radius);
-                if let Some(radius) = stays[index] {
-                    missing -= sign * area(radius);
-                } else if let Some(drawn) = placing.in_place_of(dot, sign * missing) {
-                    missing -= sign * area(drawn.radius);
-                    placing.counts.enlarged += 1;
-                } else {
-                    placing.counts.dropped += 1;
-                }
+        let (_, placed) = best.unwrap_or((0.0, begun));
+        Ok((placed.dots, placed.counts))
+    }
+
+    /// Dots that may stay as they are, or nearly: they come first, wherever the others would like to be. Of every dot its radius in
+    /// pixels then.
+    fn as_they_are(&self, control: &Control) -> Result<(Placed, Vec<Option<f64>>)> {
+        let discs = Discs::new(self.size, self.old.len());
+        let mut placed = Placed { discs, dots: Vec::new(), counts: DotCounts::default() };
+        let mut stays = vec![None; self.old.len()];
+        for (count, event) in self.events.iter().enumerate() {
+            if count.is_multiple_of(1 << 12) {
+                control.check()?;
+            }
+            if let Event::Dot(index) = *event {
+                stays[index] = self.as_it_is(&self.old[index], &mut placed);
             }
         }
-        let most = MOST_MISSING * placing.least_area(Ink::Black).max(placing.least_area(Ink::White));
-        if most > 0.0 {
-            missing = missing.clamp(-most, most);
-        }
+        Ok((placed, stays))
     }
-    Ok((placing.placed, placing.counts))
-}
 
-impl Placing<'_> {
+    /// All others, with black worth so much more than it is.
+    fn trial(&self, mut placed: Placed, stays: &[Option<f64>], more: f64, control: &Control) -> Result<Placed> {
+        let most = MOST_MISSING * self.least_area(Ink::Black).max(self.least_area(Ink::White));
+        let area = |radius: f64| std::f64::consts::PI * (radius * self.shapes.scale).powi(2);
+        let mut missing = 0.0;
+        for (count, event) in self.events.iter().enumerate() {
+            if count.is_multiple_of(1 << 12) {
+                control.check()?;
+            }
+            match *event {
+                Event::Change(by) => missing += by,
+                Event::Dot(index) => {
+                    let dot = &self.old[index];
+                    let sign = if dot.ink == Ink::Black { 1.0 } else { -1.0 };
+                    if let Some(radius) = stays[index] {
+                        missing += sign * (area(dot.radius) - area(radius));
+                        continue;
+                    }
+                    missing += sign * area(dot.radius) * (1.0 + sign * more);
+                    if let Some(drawn) = self.in_place_of(dot, sign * missing, &mut placed) {
+                        missing -= sign * area(drawn.radius);
+                        placed.counts.enlarged += 1;
+                    } else {
+                        placed.counts.dropped += 1;
+                    }
+                }
+            }
+            if most > 0.0 {
+                missing = missing.clamp(-most, most);
+            }
+        }
+        Ok(placed)
+    }
+
     /// The area of the least dot of an ink, in mm^2.
     fn least_area(&self, ink: Ink) -> f64 {
         std::f64::consts::PI * (0.5 * self.rules.least_dot(ink)).powi(2)
@@ -148,80 +196,77 @@ impl Placing<'_> {
     }
 
     /// The largest radius of a dot around a place in mm, up to `wanted`; below 0 if something is too near.
-    fn room(&self, p: [f64; 2], ink: Ink, wanted: f64) -> f64 {
+    fn room(&self, p: [f64; 2], ink: Ink, wanted: f64, discs: &Discs) -> f64 {
         let clearance = self.clearance(ink, wanted);
         let reach = wanted + clearance;
         let frame = p.into_iter().chain([0, 1].map(|axis| self.size[axis] - p[axis])).fold(f64::INFINITY, f64::min);
         // The sheet goes on beyond the frame; black ends there.
         let to_frame = if ink == Ink::White { frame } else { frame + clearance - wanted * (POLYGON_REACH - 1.0) };
         let to_edges = self.near.distance(p, reach);
-        self.discs.distance(p, reach).min(to_edges).min(to_frame) - clearance
+        discs.distance(p, reach).min(to_edges).min(to_frame) - clearance
     }
 
-    fn add(&mut self, dot: Stipple) {
+    fn add(&self, dot: Stipple, placed: &mut Placed) {
         let scale = self.shapes.scale;
-        self.discs.add([dot.x * scale, dot.y * scale], dot.radius * scale);
-        self.placed.push(dot);
+        placed.discs.add([dot.x * scale, dot.y * scale], dot.radius * scale);
+        placed.dots.push(dot);
     }
 
     /// Places a dot that is large enough, as it is or smaller; its radius in pixels.
-    fn as_it_is(&mut self, dot: &Stipple) -> Option<f64> {
+    fn as_it_is(&self, dot: &Stipple, placed: &mut Placed) -> Option<f64> {
         let scale = self.shapes.scale;
         let (p, radius) = ([dot.x * scale, dot.y * scale], dot.radius * scale);
         let least = 0.5 * (self.rules.least_dot(dot.ink) - self.allowance);
         if radius < least || !self.may_be(dot.ink) || self.near.ink(p) == dot.ink {
             return None;
         }
-        let room = self.room(p, dot.ink, radius + self.allowance);
+        let room = self.room(p, dot.ink, radius + self.allowance, &placed.discs);
         if room >= radius - self.allowance.min(0.5 * self.rules.narrowest(dot.ink.other())) {
-            self.add(*dot);
-            self.counts.kept += 1;
+            self.add(*dot, placed);
+            placed.counts.kept += 1;
             return Some(dot.radius);
         }
         if room < least || self.rules.least_dot(dot.ink) == 0.0 {
             return None;
         }
         let smaller = Stipple::on_grid(Point::new(dot.x, dot.y), room / scale, self.shapes.drawing.units, dot.ink);
+        let (at, own) = ([smaller.x * scale, smaller.y * scale], smaller.radius * scale);
         // The grid moves its centre.
-        let fits = smaller.radius * scale >= least
-            && self.room([smaller.x * scale, smaller.y * scale], dot.ink, smaller.radius * scale) >= smaller.radius * scale - self.allowance;
-        if !fits {
+        if own < least || self.room(at, dot.ink, own, &placed.discs) < own - self.allowance {
             return None;
         }
-        self.add(smaller);
-        self.counts.reduced += 1;
+        self.add(smaller, placed);
+        placed.counts.reduced += 1;
         Some(smaller.radius)
     }
 
     /// Places a dot of at least the least size where one is that is too small, if so much of its ink is missing, in mm^2, and if it
     /// has room there or beside it.
-    fn in_place_of(&mut self, dot: &Stipple, missing: f64) -> Option<Stipple> {
+    fn in_place_of(&self, dot: &Stipple, missing: f64, placed: &mut Placed) -> Option<Stipple> {
         let (scale, ink, units) = (self.shapes.scale, dot.ink, self.shapes.drawing.units);
         let least_area = self.least_area(ink);
         if least_area == 0.0 || !self.may_be(ink) || missing < 0.5 * least_area {
             return None;
         }
         let centre = [dot.x * scale, dot.y * scale];
-        if self.near.ink(centre) == ink {
-            return None;
-        }
         // Rounded down to the grid it must still be large enough.
         let least = 0.5 * self.rules.least_dot(ink) + 0.02 / units * scale;
         let wanted = (missing.clamp(least_area, LARGEST * least_area) / std::f64::consts::PI).sqrt().max(least);
-        let places = std::iter::once(centre).chain(aside(centre, ASIDE * least));
-        for p in places {
-            if !(p[0] > 0.0 && p[1] > 0.0 && p[0] < self.size[0] && p[1] < self.size[1]) || self.near.ink(p) == ink {
+        for p in std::iter::once(centre).chain(aside(centre, ASIDE * least)) {
+            let is_on_canvas = p[0] > 0.0 && p[1] > 0.0 && p[0] < self.size[0] && p[1] < self.size[1];
+            if !is_on_canvas {
                 continue;
             }
-            let room = self.room(p, ink, wanted);
-            if room < least {
+            let room = self.room(p, ink, wanted, &placed.discs);
+            if room < least || self.near.ink(p) == ink {
                 continue;
             }
             let radius = room.min(wanted) / scale;
             let drawn = Stipple::on_grid(Point::new(p[0] / scale, p[1] / scale), radius, units, ink);
             let (at, own) = ([drawn.x * scale, drawn.y * scale], drawn.radius * scale);
-            if own >= 0.5 * self.rules.least_dot(ink) && self.room(at, ink, own) >= own - 0.5 * self.allowance {
-                self.add(drawn);
+            let is_large = own >= 0.5 * self.rules.least_dot(ink);
+            if is_large && self.room(at, ink, own, &placed.discs) >= own - 0.5 * self.allowance {
+                self.add(drawn, placed);
                 return Some(drawn);
             }
         }

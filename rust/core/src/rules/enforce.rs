@@ -4,22 +4,27 @@
 //! Regions first, without the dots. Those that are too small are filled by what is around them; then black is opened by a disc
 //! of the narrowest black, and closed by one of the narrowest white, again until nothing is lost and nothing gained. Opening one may
 //! make the other too narrow, back and forth; so after three rounds all that is still too narrow becomes wide instead, black or white,
-//! whichever the picture has lost, and as that only grows there is an end. Last the dots are placed in what the regions have become,
-//! where they make up for what was lost and gained (see [`super::dots`]).
+//! whichever the picture has lost, and as that only grows there is an end. Then islands get bridges, where they are to have them. Last
+//! the dots are placed in what the regions have become, where they make up for what was lost and gained (see [`super::dots`]).
 //!
 //! Each round opens with a disc a hair smaller than the last one did, so that what an earlier one has left is not looked at again for
-//! what is rounded in between. The largest of these is what the rules say, the smallest still above what a check looks for.
+//! what is rounded in between. The largest of these is a hair above the limit, the smallest still above what a check looks for.
+//! After the first, a round looks only near what has changed.
 
-use crate::base::{Checked, Control, Error, Ink, Pool, Result, signed_area};
+use serde_json::json;
+
+use crate::base::{Checked, Control, Error, Ink, Pool, Result, circle_polygon, signed_area};
 use crate::drawing::{Drawing, Loose, put_together};
 use crate::offset::{Polygon, intersection, offset, subtracted, united};
 use crate::rules::areas::Nesting;
 use crate::rules::boxes::{Bounds, Boxes, zone};
+use crate::rules::bridging::Bridging;
 use crate::rules::changes::Changes;
 use crate::rules::check::{allowance, tolerance_of};
-use crate::rules::dots::{Change, DotCounts, black_of, changes_of, place};
-use crate::rules::rules::Rules;
-use crate::rules::shapes::{Area, Shapes};
+use crate::rules::dots::{Change, Placing, black_of, changes_of};
+use crate::rules::rules::{Islands, Rules};
+use crate::rules::shapes::Shapes;
+use crate::rules::straight::straight;
 use crate::rules::thin::{Opened, with_rim};
 
 /// Rounds of opening and closing.
@@ -28,45 +33,129 @@ const ROUNDS: usize = 3;
 /// Rounds in which what is too narrow grows.
 const REPAIRS: usize = 12;
 
+/// An ink without a limit of its own may get no narrower than this share of the other one's where something has changed: areas that
+/// touch are no drawing.
+const UNLIMITED: f64 = 0.1;
+
+/// How often islands are bridged that the rounds after a bridge have made.
+const MOST_BRIDGINGS: usize = 4;
+
+/// Bridges are so much wider than the narrowest white, so that they are not taken for gaps.
+const BRIDGE: f64 = 1.03;
+
+/// How wide bridges are where no width is limited, in mm: as in stencils of film.
+const BRIDGE_WITHOUT_LIMIT: f64 = 0.8;
+
+/// How often areas that touch are taken apart.
+const MOST_TOUCHES: usize = 16;
+
+/// How often a drawing of which nothing is left is tried at twice the width.
+const MOST_DOUBLINGS: usize = 16;
+
+/// Halvings of the interval in which the least width lies that leaves something: to 5 % of it.
+const HALVINGS: usize = 4;
+
+/// What [`Provenance::rest`](crate::stages::Provenance::rest) has of rules.
+const TOLD: &str = "rules";
+
 struct Work<'a> {
-    rules: &'a Checked<Rules>,
+    rules: &'a Rules,
     shapes: &'a Shapes<'a>,
     control: &'a Control,
     /// The black areas so far.
-    areas: Vec<Area>,
+    areas: Vec<Polygon>,
+    /// Which black region of the drawing every area is, if it is that still.
+    origins: Vec<Option<usize>>,
     /// What was lost and gained on the way.
     changed: Vec<Change>,
     /// What came and went since black, and since white, was opened last.
     since: [Vec<Polygon>; 2],
+    /// Whether each of them was opened everywhere.
+    is_begun: [bool; 2],
     changes: Changes,
 }
 
-/// The drawing as the rules allow it, `scale` mm to a pixel, and what was done to it.
+/// The drawing as the rules allow it where it has `scale` mm to a pixel, and what was done to it.
 ///
 /// # Errors
 /// [`Error::Input`] if nothing would be left, [`Error::Cancelled`].
+///
+/// # Runtime
+/// n log n in the number of points; a drawing of 400,000 vertices takes a few times as long as drawing it.
 pub fn enforce(drawing: &Drawing, rules: &Checked<Rules>, scale: f64, control: &Control) -> Result<(Drawing, Changes)> {
     Pool::new(None).run(|| {
-        let tolerance = tolerance_of(rules);
-        let canvas = (drawing.width * drawing.height) as f64 * scale * scale;
-        let tone = |drawing: &Drawing| 1.0 - black_of(drawing, scale) / canvas;
-        let shapes = Shapes::new(drawing, scale, tolerance);
-        let changes = Changes { tone_before: tone(drawing), ..Changes::default() };
-        let (changed, since) = (Vec::new(), [Vec::new(), Vec::new()]);
-        let mut work = Work { rules, shapes: &shapes, control, areas: shapes.areas(), changed, since, changes };
-        work.regions()?;
-        let (made, counts) = work.with_dots(drawing)?;
-        let DotCounts { kept, enlarged, reduced, dropped } = counts;
-        let changes = Changes {
-            dots_kept: kept,
-            dots_enlarged: enlarged,
-            dots_reduced: reduced,
-            dots_dropped: dropped,
-            tone: tone(&made),
-            ..work.changes
-        };
-        Ok((made, changes))
+        let (made, changes) = enforced(drawing, rules, scale, control)?;
+        if is_blank(&made) && !is_blank(drawing) {
+            return Err(Error::Input(nothing_left(drawing, rules, scale, control)?));
+        }
+        let told = json!({
+            "min_feature": rules.min_feature,
+            "min_gap": rules.min_gap,
+            "min_dot": rules.min_dot,
+            "min_area": rules.min_area,
+            "islands": rules.islands,
+            "width": drawing.width as f64 * scale,
+        });
+        let mut provenance = drawing.provenance.clone();
+        provenance.rest.insert(TOLD.to_owned(), told);
+        Ok((Drawing { provenance, ..made }, changes))
     })
+}
+
+fn is_blank(drawing: &Drawing) -> bool {
+    drawing.curves.is_empty() && drawing.stipples.is_empty()
+}
+
+/// The sentence for rules that leave nothing.
+fn nothing_left(drawing: &Drawing, rules: &Rules, scale: f64, control: &Control) -> Result<String> {
+    let width = drawing.width as f64 * scale;
+    let leaves = |times: f64| Ok(!is_blank(&enforced(drawing, rules, scale * times, control)?.0));
+    let begin = format!("the rules leave nothing of a drawing {} mm wide", rounded_up(width));
+    let mut high = 2.0;
+    for _ in 0..MOST_DOUBLINGS {
+        if leaves(high)? {
+            let mut low = 0.5 * high;
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low + high);
+                if leaves(middle)? { high = middle } else { low = middle }
+            }
+            return Ok(format!("{begin}: it must be at least {} mm wide", rounded_up(high * width)));
+        }
+        high *= 2.0;
+    }
+    Ok(format!("{begin}, nor of one {} mm wide", rounded_up(0.5 * high * width)))
+}
+
+/// A width with three digits.
+fn rounded_up(width: f64) -> f64 {
+    let unit = libm::exp10(libm::floor(libm::log10(width)) - 2.0);
+    // Powers below 1 are not exact.
+    if unit >= 1.0 { (width / unit - 1e-9).ceil() * unit } else { (width / unit - 1e-9).ceil() / (1.0 / unit).round() }
+}
+
+fn enforced(drawing: &Drawing, rules: &Rules, scale: f64, control: &Control) -> Result<(Drawing, Changes)> {
+    let canvas = (drawing.width * drawing.height) as f64 * scale * scale;
+    let tone = |drawing: &Drawing| 1.0 - black_of(drawing, scale) / canvas;
+    let shapes = Shapes::new(drawing, scale, tolerance_of(rules));
+    let areas = shapes.black.clone();
+    let mut work = Work {
+        rules,
+        shapes: &shapes,
+        control,
+        origins: (0..areas.len()).map(Some).collect(),
+        areas,
+        changed: Vec::new(),
+        since: [Vec::new(), Vec::new()],
+        is_begun: [false; 2],
+        changes: Changes { tone_before: tone(drawing), ..Changes::default() },
+    };
+    work.take_up_islands()?;
+    work.open_all(None)?;
+    work.bridge()?;
+    let regions = work.assembled()?;
+    let made = work.with_dots(drawing, regions, canvas)?;
+    let changes = Changes { tone: tone(&made), ..work.changes };
+    Ok((made, changes))
 }
 
 impl Work<'_> {
@@ -80,17 +169,39 @@ impl Work<'_> {
         0.25 * std::f64::consts::PI * least * least
     }
 
-    fn regions(&mut self) -> Result<()> {
-        let mut grows = None;
-        for round in 0..ROUNDS + REPAIRS {
+    /// Makes white dots holes of the areas where they are islands that get a bridge; the others go.
+    fn take_up_islands(&mut self) -> Result<()> {
+        if self.rules.islands != Islands::Bridge {
+            return Ok(());
+        }
+        let (drawing, scale) = (self.shapes.drawing, self.shapes.scale);
+        let least = self.rules.min_area.unwrap_or(0.0);
+        let dots = drawing.stipples.iter().filter(|dot| {
+            let radius = dot.radius * scale;
+            dot.ink == Ink::White && std::f64::consts::PI * radius * radius >= least
+        });
+        let holes = dots.map(|dot| vec![circle_polygon([dot.x, dot.y].map(|v| v * scale), dot.radius * scale, self.tolerance())]);
+        let holes: Vec<Polygon> = holes.collect();
+        if !holes.is_empty() {
+            self.changed.extend(changes_of(&holes, -1.0, self.part()));
+            self.patch(&holes, false)?;
+        }
+        Ok(())
+    }
+
+    /// Opens black and white in turn until nothing is too thin.
+    fn open_all(&mut self, grows: Option<Ink>) -> Result<()> {
+        let mut grows = grows;
+        let first = if grows.is_some() { ROUNDS } else { 0 };
+        for round in first..ROUNDS + REPAIRS {
             self.fill_small()?;
-            if round == ROUNDS {
+            if round == ROUNDS && grows.is_none() {
                 let missing: f64 = self.changed.iter().map(|change| change.missing).sum();
                 grows = Some(if missing >= 0.0 { Ink::Black } else { Ink::White });
             }
             let has_lost = self.open(Ink::Black, round, grows)?;
             let has_gained = self.open(Ink::White, round, grows)?;
-            self.changes.rounds = round + 1;
+            self.changes.rounds += 1;
             if !has_lost && !has_gained {
                 break;
             }
@@ -103,53 +214,50 @@ impl Work<'_> {
         let Some(least) = self.rules.min_area else { return Ok(()) };
         loop {
             self.control.check()?;
-            let outlines: Vec<&Polygon> = self.areas.iter().map(|area| &area.outline).collect();
-            let nesting = Nesting::of(&outlines);
+            let nesting = Nesting::of(&self.areas);
             let gone = nesting.too_small(least);
             if gone.is_empty() {
                 return Ok(());
             }
             for &node in &gone {
                 let [area, ring] = nesting.rings[node];
-                let points = &outlines[area][ring];
+                let points = &self.areas[area][ring];
                 let sum = points.iter().fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
                 let missing = if ring == 0 { nesting.sizes[node] } else { -nesting.sizes[node] };
                 self.changed.push(Change { place: sum.map(|v| v / points.len() as f64), missing });
                 self.since.iter_mut().for_each(|since| since.push(vec![points.clone()]));
             }
             let left = nesting.without(&gone);
-            let made = |rings: &Vec<[usize; 2]>| {
+            let is_same = |rings: &Vec<[usize; 2]>| {
                 let [own, _] = rings[0];
-                let is_same = rings.len() == outlines[own].len() && rings.iter().all(|[area, _]| *area == own);
-                Area {
-                    outline: rings.iter().map(|[area, ring]| outlines[*area][*ring].clone()).collect(),
-                    region: self.areas[own].region.filter(|_| is_same),
-                }
+                rings.len() == self.areas[own].len() && rings.iter().all(|[area, _]| *area == own)
             };
-            self.areas = left.iter().map(made).collect();
+            self.origins = left.iter().map(|rings| self.origins[rings[0][0]].filter(|_| is_same(rings))).collect();
+            self.areas =
+                left.iter().map(|rings| rings.iter().map(|[area, ring]| self.areas[*area][*ring].clone()).collect()).collect();
             self.changes.areas_filled += gone.len();
         }
     }
 
     /// Opens what has an ink: takes off what is too thin, or makes it wide where that ink grows. Says whether there was any.
     fn open(&mut self, ink: Ink, round: usize, grows: Option<Ink>) -> Result<bool> {
-        let limit = self.rules.narrowest(ink);
+        let rule = self.rules.narrowest(ink);
+        let limit = if rule > 0.0 { rule } else { UNLIMITED * self.rules.narrowest(ink.other()) };
         let since = std::mem::take(&mut self.since[ink as usize]);
-        if limit == 0.0 || (round > 0 && since.is_empty()) {
+        let is_first = !std::mem::replace(&mut self.is_begun[ink as usize], true) && rule > 0.0;
+        if limit == 0.0 || (since.is_empty() && !is_first) {
             return Ok(false);
         }
         // From a hundredth above the limit down to half of what is allowed.
         let diameter = (limit * (1.01 - 0.01 * round as f64)).max(limit - 0.5 * allowance(limit));
-        let thin = if round == 0 {
-            let all: Vec<Polygon> = self.areas.iter().map(|area| area.outline.clone()).collect();
-            Opened::of(&all, ink, diameter, self.tolerance())?.thin
+        let thin = if is_first {
+            Opened::of(&self.areas, ink, diameter, self.tolerance())?.thin
         } else {
             self.thin_near(&since, ink, diameter)?
         };
         if thin.is_empty() {
             return Ok(false);
         }
-        if std::env::var("DBG").is_ok() { eprintln!("round {round} {ink:?} grows {grows:?}: {} thin of {:.4} mm2, largest {:.4}, d {diameter}", thin.len(), crate::offset::area(&thin), thin.iter().map(|t| crate::offset::area(std::slice::from_ref(t))).fold(0.0, f64::max)); if round > 3 { for t in thin.iter().take(2) { eprintln!("   {:?}", t); } } }
         self.control.check()?;
         // Black that goes is missing, and so is black where white grows.
         let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
@@ -167,7 +275,6 @@ impl Work<'_> {
             (with_rim(&thin, self.tolerance())?, ink == Ink::White)
         };
         self.patch(&patches, is_added)?;
-        self.since.iter_mut().for_each(|since| since.extend(patches.iter().cloned()));
         Ok(true)
     }
 
@@ -177,8 +284,7 @@ impl Work<'_> {
         let inner = zone(since, 1.1 * diameter)?;
         let outer = zone(since, 2.3 * diameter)?;
         let boxes = Boxes::new(outer.iter().map(|area| Bounds::of(&area[0])).collect());
-        let near = self.areas.iter().map(|area| &area.outline).filter(|outline| boxes.meets(Bounds::of(&outline[0])));
-        let near: Vec<Polygon> = near.cloned().collect();
+        let near: Vec<Polygon> = self.areas.iter().filter(|area| boxes.meets(Bounds::of(&area[0]))).cloned().collect();
         let cut = intersection(&near, &outer)?;
         let thin = Opened::of(&cut, ink, diameter, self.tolerance())?.thin;
         intersection(&thin, &inner)
@@ -187,77 +293,111 @@ impl Work<'_> {
     /// Adds patches to the areas, or takes them off.
     fn patch(&mut self, patches: &[Polygon], is_added: bool) -> Result<()> {
         let boxes = Boxes::new(patches.iter().map(|patch| Bounds::of(&patch[0])).collect());
-        let (near, far): (Vec<Area>, Vec<Area>) =
-            std::mem::take(&mut self.areas).into_iter().partition(|area| boxes.meets(Bounds::of(&area.outline[0])));
-        let near: Vec<Polygon> = near.into_iter().map(|area| area.outline).collect();
+        let (mut near, mut far, mut origins) = (Vec::new(), Vec::new(), Vec::new());
+        for (area, origin) in std::mem::take(&mut self.areas).into_iter().zip(&self.origins) {
+            if boxes.meets(Bounds::of(&area[0])) {
+                near.push(area);
+            } else {
+                far.push(area);
+                origins.push(*origin);
+            }
+        }
         let made = if is_added { united(&[&near, patches].concat())? } else { subtracted(&near, patches)? };
         // What is smaller than the tolerance is not there.
         let least = self.tolerance() * self.tolerance();
-        let clean = |outline: Polygon| -> Option<Area> {
-            let mut rings = outline.into_iter();
+        let clean = |area: Polygon| -> Option<Polygon> {
+            let mut rings = area.into_iter();
             let exterior = rings.next().filter(|ring| signed_area(ring).abs() > least)?;
             let holes = rings.filter(|ring| signed_area(ring).abs() > least);
-            Some(Area { outline: std::iter::once(exterior).chain(holes).collect(), region: None })
+            Some(std::iter::once(exterior).chain(holes).collect())
         };
-        self.areas = far;
-        self.areas.extend(made.into_iter().filter_map(clean));
+        far.extend(made.into_iter().filter_map(clean));
+        origins.resize(far.len(), None);
+        (self.areas, self.origins) = (far, origins);
+        self.since.iter_mut().for_each(|since| since.extend(patches.iter().cloned()));
         Ok(())
     }
 
     /// Thin parts as wide as a limit, on the canvas.
     fn widened(&self, thin: &[Polygon], radius: f64) -> Result<Vec<Polygon>> {
-        let Drawing { width, height, .. } = *self.shapes.drawing;
-        let [width, height] = [width, height].map(|side| side as f64 * self.shapes.scale);
+        let [width, height] = self.size();
         let canvas = vec![vec![[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]];
         intersection(&offset(thin, radius, self.tolerance())?, &[canvas])
     }
 
-    /// The regions with dots.
-    fn with_dots(&self, old: &Drawing) -> Result<(Drawing, DotCounts)> {
-        let regions = self.shapes.drawing_of(&self.areas, self.control)?;
+    fn size(&self) -> [f64; 2] {
+        let Drawing { width, height, .. } = *self.shapes.drawing;
+        [width, height].map(|side| side as f64 * self.shapes.scale)
+    }
+
+    /// Joins all islands to the frame, those that bridges or what comes after them has made too.
+    fn bridge(&mut self) -> Result<()> {
+        if self.rules.islands != Islands::Bridge {
+            return Ok(());
+        }
+        let limits = [self.rules.min_gap, self.rules.min_feature, self.rules.min_dot];
+        let width = BRIDGE * limits.into_iter().flatten().next().unwrap_or(BRIDGE_WITHOUT_LIMIT);
+        for _ in 0..MOST_BRIDGINGS {
+            if self.areas.iter().all(|area| area.len() == 1) {
+                return Ok(());
+            }
+            // What is too small is filled already.
+            let (areas, told) = straight(&self.areas, self.size(), &Bridging { min_area: 0.0, width }, self.control)?;
+            for bridge in &told.bridges {
+                let line = bridge.points.clone();
+                let middle = [0, 1].map(|axis| line.iter().map(|p| p[axis]).sum::<f64>() / line.len() as f64);
+                self.changed.push(Change { place: middle, missing: bridge.length * width });
+                let Bounds([left, top, right, bottom]) = Bounds::of(&line).wider(width);
+                let around = vec![vec![[left, top], [right, top], [right, bottom], [left, bottom]]];
+                self.since.iter_mut().for_each(|since| since.push(around.clone()));
+            }
+            self.changes.bridges += told.bridges.len();
+            self.origins = vec![None; areas.len()];
+            self.areas = areas;
+            // Black that grew could close a bridge again.
+            self.open_all(Some(Ink::White))?;
+        }
+        Ok(())
+    }
+
+    /// The drawing of the areas. Where they touch after all, they are made one, or taken apart.
+    fn assembled(&mut self) -> Result<Drawing> {
+        for touch in 0..MOST_TOUCHES {
+            let loose = self.shapes.loose_of(&self.areas, &self.origins);
+            let Some(at) = loose.meeting(self.control)? else { return assembled(loose, self.control) };
+            let limits = [Ink::Black, Ink::White].map(|ink| self.rules.narrowest(ink));
+            let radius = 0.5 * limits[0].max(limits[1]).max(8.0 * self.tolerance()) * (1.0 + touch as f64 / 4.0);
+            let place = at.map(|v| v * self.shapes.scale);
+            let disc = vec![circle_polygon(place, radius, self.tolerance())];
+            let ink = if self.changed.iter().map(|change| change.missing).sum::<f64>() >= 0.0 { Ink::Black } else { Ink::White };
+            let grown = self.widened(&[disc], 2.0 * self.tolerance())?;
+            self.patch(&grown, ink == Ink::Black)?;
+            self.open_all(Some(ink))?;
+        }
+        assembled(self.shapes.loose_of(&self.areas, &self.origins), self.control)
+    }
+
+    /// The regions with dots, of which those that are made anew are worth more or less than they were, so that the whole has its tone.
+    fn with_dots(&mut self, old: &Drawing, regions: Drawing, canvas: f64) -> Result<Drawing> {
         let shapes = Shapes::new(&regions, self.shapes.scale, self.tolerance());
-        let limits = [self.rules.min_feature, self.rules.min_gap, self.rules.min_dot];
-        let finest = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
-        let allowance = if finest.is_finite() { 0.5 * allowance(finest) } else { 0.0 };
-        let (stipples, counts) = place(&shapes, &old.stipples, &self.changed, self.rules, allowance, self.control)?;
+        let placing = Placing::new(&shapes, &old.stipples, &self.changed, self.rules);
+        let (stipples, counts) = placing.placed(1.0 - self.changes.tone_before, canvas, self.control)?;
+        self.changes = Changes {
+            dots_kept: counts.kept,
+            dots_enlarged: counts.enlarged,
+            dots_reduced: counts.reduced,
+            dots_dropped: counts.dropped,
+            ..self.changes
+        };
         let Drawing { width, height, units, .. } = regions;
         let ground = regions.regions.first().map_or(Ink::White, |region| region.ink);
-        let loose = Loose { width, height, units, curves: regions.curves, stipples, ground };
-        let made = put_together(loose, &|shape| format!("{shape:?}"), self.control).map_err(|error| match error {
-            Error::Cancelled => error,
-            other => Error::Internal(format!("what keeps the rules is no drawing: {other}")),
-        })?;
-        Ok((Drawing { provenance: old.provenance.clone(), ..made }, counts))
+        assembled(Loose { width, height, units, curves: regions.curves, stipples, ground }, self.control)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::files::Format;
-    use std::time::Instant;
-
-    #[test]
-    #[ignore]
-    fn times() {
-        for file in std::env::var("F").unwrap().split(',') {
-            let bytes = std::fs::read(file).unwrap();
-            let control = Control::new();
-            let drawing = crate::load(&bytes, Format::of_suffix("json").unwrap(), &control).unwrap();
-            for (process, width) in [("stencil", 200.0), ("laser", 200.0), ("laser", 60.0), ("pen", 60.0), ("screen-print", 60.0), ("lino", 100.0)] {
-                let rules = Rules::of_process(process).unwrap().check().unwrap();
-                let t = Instant::now();
-                let made = enforce(&drawing, &rules, width / drawing.width as f64, &control);
-                match made {
-                    Ok((made, changes)) => {
-                        println!("{process} {width}: {:?} {} curves {changes:?}", t.elapsed(), made.curves.len());
-                        let writer = Format::of_suffix("json").unwrap().writer(crate::Export::default().check().unwrap()).unwrap();
-                        let path = format!("{}.{process}.{width}.out.json", file.trim_end_matches(".json"));
-                        std::fs::write(path, writer.write(&made).unwrap()).unwrap();
-                    }
-                    Err(error) => println!("{process} {width}: {:?} {error}", t.elapsed()),
-                }
-            }
-        }
-    }
+fn assembled(loose: Loose, control: &Control) -> Result<Drawing> {
+    put_together(loose, &|shape| format!("{shape:?}"), control).map_err(|error| match error {
+        Error::Cancelled => error,
+        other => Error::Internal(format!("what keeps the rules is no drawing: {other}")),
+    })
 }

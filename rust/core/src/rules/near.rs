@@ -193,6 +193,7 @@ impl<'a> Pairs<'a> {
 }
 
 /// Discs that are placed one after another, each to be asked how far it is.
+#[derive(Clone)]
 pub(super) struct Discs {
     side: f64,
     columns: usize,

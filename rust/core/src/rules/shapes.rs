@@ -12,10 +12,10 @@ use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez, Shape as _};
 use rayon::prelude::*;
 
 use crate::base::{
-    Control, Frame, Ink, Result, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed,
+    Frame, Ink, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed,
     signed_area, snap,
 };
-use crate::drawing::{Drawing, Loose, Ring, RingPart, put_together};
+use crate::drawing::{Drawing, Loose, Ring, RingPart};
 use crate::offset::Polygon;
 
 /// How far areas may lie from the curves, in mm, where the narrowest limit is this much: a two-hundredth of it. Less is more points.
@@ -95,51 +95,26 @@ impl<'a> Shapes<'a> {
         rings.map(|ring| signed_area(&self.ring(ring))).sum()
     }
 
-    /// The drawing whose black regions are these areas.
-    ///
-    /// # Errors
-    /// [`crate::Error::Input`] if areas touch each other, [`crate::Error::Cancelled`].
-    pub(super) fn drawing_of(&self, areas: &[Area], control: &Control) -> Result<Drawing> {
+    /// The curves of a drawing whose black regions are these areas; of each is told which region of this drawing it is, if it is that
+    /// still.
+    pub(super) fn loose_of(&self, areas: &[Polygon], origins: &[Option<usize>]) -> Loose {
         let outlines = Outlines::new(self);
-        control.check()?;
-        let of_area = |area: &Area| -> Vec<BezPath> {
-            match area.region {
+        let of_area = |(area, origin): (&Polygon, &Option<usize>)| -> Vec<BezPath> {
+            match *origin {
                 Some(region) => self.curves[region].iter().map(|index| self.drawing.curves[*index as usize].clone()).collect(),
-                None => outlines.rings_to_keep(&area.outline).flat_map(|ring| outlines.curves(ring)).collect(),
+                None => area.iter().flat_map(|ring| outlines.curves(ring)).collect(),
             }
         };
-        let curves: Vec<Vec<BezPath>> = areas.par_iter().map(of_area).collect();
-        let canvas = (self.drawing.width * self.drawing.height) as f64 * self.scale * self.scale;
-        let black: f64 = areas.iter().map(|area| crate::offset::area(std::slice::from_ref(&area.outline))).sum();
-        let ground = if black > 0.5 * canvas { Ink::Black } else { Ink::White };
-        let curves: Vec<BezPath> = curves.into_iter().flatten().collect();
-        if let Ok(d) = std::env::var("DBG") { let v: Vec<usize> = d.split(',').filter_map(|v| v.parse().ok()).collect(); if v.len() > 1 { eprintln!("{}", curves[v[0]].to_svg()); } }
-        assembled(self.drawing, curves, ground, control)
+        let curves: Vec<Vec<BezPath>> = areas.par_iter().zip(origins).map(of_area).collect();
+        let Drawing { width, height, units, .. } = *self.drawing;
+        let canvas = (width * height) as f64 * self.scale * self.scale;
+        let ground = if crate::offset::area(areas) > 0.5 * canvas { Ink::Black } else { Ink::White };
+        Loose { width, height, units, curves: curves.into_iter().flatten().collect(), stipples: Vec::new(), ground }
     }
-
-    /// The black regions as areas.
-    pub(super) fn areas(&self) -> Vec<Area> {
-        self.black.iter().enumerate().map(|(region, outline)| Area { outline: outline.clone(), region: Some(region) }).collect()
-    }
-}
-
-/// A black area, in mm.
-#[derive(Debug, Clone)]
-pub(super) struct Area {
-    pub(super) outline: Polygon,
-    /// Which black region of the drawing it is, if it is that still.
-    pub(super) region: Option<usize>,
 }
 
 fn is_dot(ring: &Ring) -> bool {
     matches!(ring.parts[..], [RingPart::Stipple { .. }])
-}
-
-/// A drawing of curves on the canvas of another one.
-fn assembled(of: &Drawing, curves: Vec<BezPath>, ground: Ink, control: &Control) -> Result<Drawing> {
-    let loose = Loose { width: of.width, height: of.height, units: of.units, curves, stipples: Vec::new(), ground };
-    let drawing = put_together(loose, &|shape| format!("{shape:?}"), control)?;
-    Ok(Drawing { provenance: of.provenance.clone(), ..drawing })
 }
 
 /// The points of a curve, those of a closed one each once.
@@ -223,14 +198,6 @@ impl<'a> Outlines<'a> {
             }
         }
         nearest.map(|(_, origin)| origin)
-    }
-
-    /// The rings of an area without those that are too small to be there.
-    fn rings_to_keep<'b>(&self, area: &'b Polygon) -> impl Iterator<Item = &'b Vec<[f64; 2]>> + use<'b> {
-        let least = self.shapes.tolerance * self.shapes.tolerance;
-        let is_large = move |ring: &&Vec<[f64; 2]>| signed_area(ring).abs() > least;
-        let count = if is_large(&&area[0]) { area.len() } else { 0 };
-        area[..count].iter().filter(is_large)
     }
 
     /// The curves of a ring: itself, or what of it does not run along the frame.
