@@ -29,6 +29,9 @@ EYE = (190, 84, 230, 124)
 FACE = (166, 66, 266, 166)
 """The part that shows styles and inks."""
 
+FILLS = (("contour", 0.1), ("hatch", -1.0), ("outline", 0.1), ("none", 0.1))
+"""How plots are filled, and by how much their lines overlap."""
+
 
 def write(path: Path, panels: list[Image.Image], greys: int = 16) -> None:
     """Write grey panels side by side, in few greys: in line art the eye sees no difference, and files are a fraction as large."""
@@ -54,6 +57,12 @@ def drawn(drawing: gs.Drawing, part: tuple[int, int, int, int], scale: int) -> I
     """Return a part of a drawing, enlarged."""
     left, top, right, bottom = (scale * side for side in part)
     return Image.fromarray(drawing.rasterize(width=scale * drawing.width)[top:bottom, left:right])
+
+
+def plotted(plot: gs.Plot, part: tuple[int, int, int, int], width: int, scale: int) -> Image.Image:
+    """Return what a pen draws of a part of a drawing so many pixels wide, enlarged."""
+    left, top, right, bottom = (scale * side for side in part)
+    return Image.fromarray(plot.rasterize(scale * width)[top:bottom, left:right])
 
 
 def graph(sites: np.ndarray, edges: np.ndarray, grey: np.ndarray, part: tuple[int, int, int, int], scale: int) -> Image.Image:
@@ -225,6 +234,10 @@ def main() -> None:
     write(folder / "inks.png", [black_on_grey, white_on_grey, picture])
     simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
     write(folder / "tolerance.png", [with_anchors(one, EYE, 6) for one in simpler])
+
+    # docs/howto/plotter.md: a pen of 0.5 mm on 180 mm, by every fill.
+    plots = [drawing.plot("0.5mm", "180mm", fill=fill, overlap=overlap) for fill, overlap in FILLS]
+    write(folder / "plots.png", [plotted(plot, FACE, drawing.width, 3) for plot in plots])
 
 
 if __name__ == "__main__":

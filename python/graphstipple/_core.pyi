@@ -32,6 +32,7 @@ __all__ = [
     "luma_to_u8",
     "machines",
     "mixed_importance",
+    "offset",
     "options_schema",
     "outline",
     "owners",
@@ -110,6 +111,7 @@ class Plot:
 def plot(drawing: Drawing, pen: dict[str, Any], settings: dict[str, Any]) -> Plot: ...
 def pen_settings() -> list[tuple[str, str, str, str]]: ...
 def machines() -> list[tuple[str, str, str]]: ...
+
 @final
 class Options:
     def __new__(cls, values: dict[str, Any], published: Options | None = None) -> Options: ...
@@ -266,3 +268,6 @@ def outline(
     tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]],
     list[tuple[npt.NDArray[np.float64], list[npt.NDArray[np.float64]], float, int]],
 ]: ...
+def offset(
+    polygons: Sequence[Sequence[npt.NDArray[np.float64]]], distance: float, tolerance: float
+) -> list[list[npt.NDArray[np.float64]]]: ...

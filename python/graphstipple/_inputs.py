@@ -91,6 +91,15 @@ def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") ->
     )
 
 
+def checked_width(width: object) -> int | None:
+    """Return the width; what Rust cannot take as an unsigned integer is said in our words."""
+    if width is None:
+        return None
+    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width < 2**31:
+        raise InvalidInputError(f"width is {width!r}, but it must be a whole number of pixels, at least 1")
+    return int(width)
+
+
 def path_to_read(path: str | os.PathLike[str]) -> str:
     """Return a path as text.
 

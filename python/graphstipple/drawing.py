@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleError, GraphStippleWarning, InvalidInputError, MissingPackageError
-from graphstipple._inputs import path_to_read, path_to_write
+from graphstipple._inputs import checked_width, path_to_read, path_to_write
 from graphstipple.options import Options
-from graphstipple.plots import Fill, PenDots, PenOrder, Plot
+from graphstipple.plots import HEAVY_SVG_BYTES, Fill, PenDots, PenOrder, Plot
 
 if TYPE_CHECKING:
     import shapely
@@ -36,9 +36,6 @@ Elements: TypeAlias = Literal["layers", "marks"]
 
 Dots: TypeAlias = Literal["circles", "strokes"]
 """What the dots of an SVG are."""
-
-HEAVY_SVG_BYTES = 2_000_000
-"""Above this, a notebook shows the PNG: browsers take seconds for larger SVGs, and every notebook file would hold them."""
 
 NOTEBOOK_WIDTH = 1600
 """Widest PNG shown in a notebook, in pixels: wider than any notebook's column."""
@@ -350,15 +347,15 @@ class Drawing:
             The size on paper, as for `save`.
         fill : {"contour", "hatch", "outline", "none"}
             How areas are filled: by lines along their outlines, one inside the other and joined where they nest; by their rims and
-            parallel lines; not, only their rims are drawn; or not at all, dots alone are drawn. What is narrower than the pen is one
-            line along its middle, which `Plot.stats` counts as `thin`.
+            parallel lines; not, only their rims are drawn; or not at all, dots alone are drawn. What is narrower than the pen is
+            one line along its middle, which `Plot.stats` counts as `thin`.
         dots : {"press", "circle"}
-            How dots are drawn: by one press of the pen where they are at most 1.15 pens wide, larger ones filled; or all larger ones
-            by their rims.
+            How dots are drawn: by one press of the pen where they are at most 1.15 pens wide, larger ones filled; or all larger
+            ones by their rims.
         order : {"short", "none"}
             In which order: with short ways of the lifted pen, or regions and then dots from the top down.
         overlap : float
-            How much of a line in an area the next one covers, as a part of the pen's width, 0 to 0.9.
+            How much of a line in an area the next one covers, as a part of the pen's width, -9 to 0.9; below 0 paper shows between.
         bleed : float or str
             How far lines reach beyond the edges of areas, at most half the pen.
         angle : float
@@ -406,7 +403,7 @@ class Drawing:
         InvalidInputError
             If the width is out of range, or the part is not on the canvas.
         """
-        return self._core.rasterize(_checked_width(width), None if part is None else _checked_part(part))
+        return self._core.rasterize(checked_width(width), None if part is None else _checked_part(part))
 
     @cached_property
     def stipples(self) -> npt.NDArray[np.void]:
@@ -560,15 +557,6 @@ def stipple_array(circles: npt.NDArray[np.float64], inks: npt.NDArray[np.uint8])
     stipples["x"], stipples["y"], stipples["radius"] = circles.T
     stipples["ink"] = inks
     return stipples
-
-
-def _checked_width(width: object) -> int | None:
-    """Return the width; what Rust cannot take as an unsigned integer is said in our words."""
-    if width is None:
-        return None
-    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width < 2**31:
-        raise InvalidInputError(f"width is {width!r}, but it must be a whole number of pixels, at least 1")
-    return int(width)
 
 
 def _checked_part(part: object) -> tuple[float, float, float, float]:

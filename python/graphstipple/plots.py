@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
-from graphstipple._inputs import path_to_write
+from graphstipple._inputs import checked_width, path_to_write
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,8 @@ PenOrder: TypeAlias = Literal["short", "none"]
 USUAL_MACHINE = "axidraw"
 """The machine whose time `Plot.stats` tells."""
 
-_HEAVIEST_SVG = 2_000_000
+HEAVY_SVG_BYTES = 2_000_000
+"""Above this, a notebook shows the PNG: browsers take seconds for larger SVGs, and every notebook file would hold them."""
 
 
 class PlotLayer(NamedTuple):
@@ -64,7 +65,9 @@ class Plot:
     def layers(self) -> list[PlotLayer]:
         """What each pen draws, in the order in which they are taken."""
         names = ["black", "white"]
-        return [PlotLayer(names[ink], np.split(points, ends[:-1].tolist())) for ink, points, ends in self._core.layers() if len(ends)]
+        return [
+            PlotLayer(names[ink], np.split(points, ends[:-1].tolist())) for ink, points, ends in self._core.layers() if len(ends)
+        ]
 
     @property
     def paths(self) -> Sequence[npt.NDArray[np.float64]]:
@@ -96,9 +99,9 @@ class Plot:
         """What was counted and measured, and the time on an AxiDraw; `time` has that of others.
 
         `pen_down_mm` and `pen_up_mm` are lengths of line and of ways between, `lifts` how often the pen is lifted, `paths` and
-        `presses` how many there are of each, `thin` how many parts narrower than the pen are drawn as one line along their middle,
-        `small_dots` how many dots are narrower than the pen and pressed nonetheless; `seconds` is the sum of `drawing_s`, `travel_s`,
-        `pen_s` (lowering and lifting it) and `dwell_s` (presses), on the machine of the name `machine`.
+        `presses` how many there are of each, `thin` how many parts narrower than the pen are drawn as one line along their
+        middle, `small_dots` how many dots are narrower than the pen and pressed nonetheless; `seconds` is the sum of `drawing_s`,
+        `travel_s`, `pen_s` (lowering and lifting it) and `dwell_s` (presses), on the machine of the name `machine`.
         """
         stats: dict[str, Any] = self._core.stats(USUAL_MACHINE)
         return stats
@@ -106,7 +109,7 @@ class Plot:
     def time(self, machine: str | os.PathLike[str] = USUAL_MACHINE) -> float:
         """Return the seconds that a machine takes, without pauses for somebody to fill or change the pen.
 
-        Speed grows and falls with the machine's acceleration, and corners are taken at the speed that its junction deviation allows.
+        Speed grows and falls with the machine's acceleration, and corners are taken as fast as its junction deviation allows.
 
         Parameters
         ----------
@@ -136,15 +139,15 @@ class Plot:
         path : str or path
             Where to; an existing file is replaced, unless it is read-only.
         machine : str or path, optional
-            The name of one of `machines`, or the file of a profile. By default an SVG is for any machine, G-code for a pen plotter with
-            GRBL ("grbl"), and HP-GL for an HP 7475A with A4 paper ("hp7475a").
+            The name of one of `machines`, or the file of a profile. By default an SVG is for any machine, G-code for a pen plotter
+            with GRBL ("grbl"), and HP-GL for an HP 7475A with A4 paper ("hp7475a").
         force : bool
             Whether a file that is read-only is replaced, too.
 
         Raises
         ------
         InvalidInputError
-            If the suffix is not known, the machine reads other files, it does not reach all of the plot, or a profile breaks a rule.
+            If the suffix is not known, the machine reads other files or does not reach all of the plot, or a profile breaks a rule.
         ImageFileError
             If a file cannot be read or written; `ImageFileNotFoundError` if it or its folder does not exist.
         """
@@ -172,9 +175,7 @@ class Plot:
         InvalidInputError
             If the width is out of range.
         """
-        if width is not None and (isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width < 2**31):
-            raise InvalidInputError(f"width is {width!r}, but it must be a whole number of pixels, at least 1")
-        return self._core.rasterize(None if width is None else int(width))
+        return self._core.rasterize(checked_width(width))
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -182,7 +183,7 @@ class Plot:
 
     def _repr_svg_(self) -> str | None:
         svg = self.svg()
-        return svg if len(svg) <= _HEAVIEST_SVG else None
+        return svg if len(svg) <= HEAVY_SVG_BYTES else None
 
 
 def machines() -> list[Machine]:

@@ -3,7 +3,7 @@
 In the order of the pipeline: `tone`, `emphasize`, `importance`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and
 node budget in one), `relax`, `triangulate`, `cells`, `grounds`, `diffuse`, `refine`,
 `split`, `clean`, `stipple`, `components`, `outline`. They are the functions
-that `graphstipple.draw` runs.
+that `graphstipple.draw` runs. `offset` is what plots and rules stand on.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
 converted by copying. Every function raises `InvalidInputError` for arrays that break its rules.
@@ -12,6 +12,7 @@ converted by copying. Every function raises `InvalidInputError` for arrays that 
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -39,6 +40,7 @@ __all__ = [
     "importance",
     "lattice",
     "lattice_labels",
+    "offset",
     "outline",
     "owners",
     "refine",
@@ -588,6 +590,34 @@ def outline(
     drawn_at = None if places is None else _array("places", places, np.float64, 2)
     stipples, regions = _core.outline((positions, drawn_at), values, cell_areas, followed, canvas, options._checked)
     return Outline(stipple_array(*stipples), [Region(*region) for region in regions])
+
+
+def offset(
+    polygons: Sequence[Sequence[npt.ArrayLike]], distance: float, *, tolerance: float = 0.01
+) -> list[list[npt.NDArray[np.float64]]]:
+    """Move areas out, or in, with round corners.
+
+    Parameters
+    ----------
+    polygons : sequence of sequences of array-like of float, (n, 2)
+        Areas that do not overlap: of each the exterior, whose signed area is positive where x runs right and y runs down, then its
+        holes, whose areas are negative; first points are not repeated.
+    distance : float
+        How far, in the unit of the points; below 0 is in.
+    tolerance : float
+        How far rings may lie from where they would, in the same unit, above 0: points are left out for it.
+
+    Returns
+    -------
+    list of lists of ndarray of float64, (n, 2)
+        Areas likewise.
+    """
+    if not (np.isfinite(distance) and np.isfinite(tolerance) and tolerance > 0):
+        raise InvalidInputError(
+            f"distance is {distance!r} and tolerance {tolerance!r}, but they must be finite, and the tolerance above 0"
+        )
+    rings = [[_array("ring", ring, np.float64, 2) for ring in polygon] for polygon in polygons]
+    return _core.offset(rings, float(distance), float(tolerance))
 
 
 def _array(name: str, values: npt.ArrayLike, dtype: type[np.number[Any]], dimensions: int) -> npt.NDArray[Any]:

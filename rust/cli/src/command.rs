@@ -241,7 +241,7 @@ fn of_pen(with_all: bool) -> Vec<Arg> {
         let name = setting.full_name();
         let is_pen = setting.name == "pen";
         let help = if is_pen {
-            format!("{}: {} by the suffix of the file", setting.sentence, MachineFormat::SUFFIXES)
+            format!("{} ({})", setting.sentence, MachineFormat::SUFFIXES)
         } else {
             format!("{} [default {}]", setting.sentence, setting.default)
         };

@@ -21,6 +21,11 @@ use crate::error::{Error, Result};
 pub fn format_of_path(path: &Path) -> Result<Format> {
     match path.extension().and_then(OsStr::to_str) {
         Some(suffix) => Format::of_suffix(suffix).map_err(|error| match error {
+            graphstipple_core::Error::Option { .. } if MachineFormat::of_suffix(suffix).is_ok() => Error::Usage(format!(
+                "{}: a file of .{} is a plot's, which needs the width of a pen",
+                path.display(),
+                suffix.to_ascii_lowercase()
+            )),
             graphstipple_core::Error::Option { allowed, .. } => {
                 Error::Usage(format!("{}: the suffix must be {allowed}", path.display()))
             }

@@ -7,7 +7,7 @@ use graphstipple_core::stages::{Checked, Machine, MachineFormat, PEN_SETTINGS, P
 use graphstipple_core::{Control, Drawing, Export, Format};
 
 use crate::arguments::export;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::files::suffix_of_plot;
 use crate::machines::machine;
 use crate::messages::in_flags;
@@ -41,7 +41,10 @@ impl Plotter {
         let format = output.map_or(Ok(MachineFormat::Svg), suffix_of_plot)?;
         let svg = Format::ALL[0];
         let export = export(matches, preset, svg, &[svg]).and_then(Export::check).map_err(in_flags)?;
-        let machine = given("machine").map(|name| machine(&name)).transpose()?;
+        let machine = given("machine").map(|name| machine(&name)).transpose().map_err(|error| match error {
+            Error::Core(error) => in_flags(error),
+            other => other,
+        })?;
         Ok(Some(Self { pen: pen.check().map_err(in_flags)?, export, format, machine }))
     }
 

@@ -37,8 +37,8 @@ mod _core {
     use crate::session::Session;
     #[pymodule_export]
     use crate::stages::{
-        cells, clean, components, diffuse, emphasize, grounds, lattice, lattice_labels, mixed_importance, outline, owners, refine,
-        relax, samples_per_pixel, split, stipple, triangulate,
+        cells, clean, components, diffuse, emphasize, grounds, lattice, lattice_labels, mixed_importance, offset, outline, owners,
+        refine, relax, samples_per_pixel, split, stipple, triangulate,
     };
     use crate::watch;
     #[pymodule_export]

@@ -332,3 +332,18 @@ pub(crate) fn outline<'py>(
     let regions = (0..drawing.regions.len()).map(|index| region_arrays(py, &drawing, index)).collect::<PyResult<_>>()?;
     Ok((stipple_arrays(py, &drawing)?, regions))
 }
+
+/// Polygons moved out by a distance, or in by one below 0: rings (n, 2) each, the exterior first.
+#[pyfunction]
+pub(crate) fn offset<'py>(
+    py: Python<'py>,
+    polygons: Vec<Vec<PyReadonlyArray2<'py, f64>>>,
+    distance: f64,
+    tolerance: f64,
+) -> PyResult<Vec<Vec<Bound<'py, PyArray2<f64>>>>> {
+    let ring = |ring: &PyReadonlyArray2<'py, f64>| arrays::pairs("ring", ring);
+    let polygons = polygons.iter().map(|rings| rings.iter().map(ring).collect()).collect::<PyResult<Vec<core::Polygon>>>()?;
+    let moved = watch::run_core(py, None, move |_| core::offset(&polygons, distance, tolerance))?;
+    let rings = |polygon: core::Polygon| polygon.into_iter().map(|ring| arrays::from_pairs(py, ring)).collect();
+    moved.into_iter().map(rings).collect()
+}

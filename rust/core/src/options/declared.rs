@@ -66,7 +66,7 @@ declare! {
         /// Emphasis of details three times as coarse.
         local_contrast: f64 = 1.5, Within(0.0, 100.0), "", Shapes, Everyday, [Emphasis];
         /// How far the mean may be from the photo's. Beyond that the refinement moves all labels towards it.
-        tone_tolerance: Option<f64> = Some(0.014), Within(0.0, 1.0), "", Shapes, Everyday, [Labels];
+        tone_tolerance: Option<f64> = Some(0.014), Within(0.0, 1.0), "", Shapes, Further, [Labels];
             absent "off", "the mean is left as it comes";
             when |options, _| options.refine > 0;
         /// How far a contour may be simplified: more means fewer points. It is the distance from the contour through all crossings, of
@@ -78,7 +78,7 @@ declare! {
         split: u32 = 4, Whole(0, 12), "nodes", Shapes, Further, [Labels];
 
         /// Area of a stipple relative to its node's cell.
-        stipple_scale: f64 = 1.0, UpTo(4.0), "", Stipples, Everyday, [Outlines];
+        stipple_scale: f64 = 1.0, UpTo(4.0), "", Stipples, Further, [Outlines];
         /// Least radius of a stipple where there is room for it. The room is the triangles around its node.
         stipple_min: f64 = 0.0, Within(0.0, 1000.0), "pixels", Stipples, Everyday, [Outlines];
         /// Largest radius of a stipple. It may not be below stipple_min.
@@ -87,7 +87,7 @@ declare! {
         /// How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions.
         irregularity: f64 = 0.0, Within(0.0, 1.0), "", Stipples, Everyday, [Outlines];
         /// Which of the irregular shapes stipples have.
-        seed: u64 = 0, Whole(0, MAX_SEED), "", Stipples, Everyday, [Outlines];
+        seed: u64 = 0, Whole(0, MAX_SEED), "", Stipples, Further, [Outlines];
 
         /// The photo's grey that becomes white. For scans and photos of paper; auto leaves half a percent of the pixels beyond it.
         white_point: Option<Point> = None, WordsOrWithin(Point::WORDS, 0.004, 1.0), "", Tones, Everyday, [Tone];

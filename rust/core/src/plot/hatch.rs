@@ -17,7 +17,7 @@ pub(super) fn hatched(polygon: &Polygon, spacing: Spacing, angle: f64) -> Result
     lines.append(&mut between(&rims, spacing)?);
     let mut paths: Vec<Path> = rims.iter().flatten().map(|ring| Path { points: ring.clone(), is_closed: true }).collect();
     // However a line lies beside the rim, what is between them is covered.
-    for area in offset(&rims, spacing.apart - spacing.pen, SIMPLIFIED)? {
+    for area in offset(&rims, (spacing.apart - spacing.pen).min(0.0), SIMPLIFIED)? {
         paths.append(&mut lines_of(&area, spacing.apart, angle));
     }
     paths.append(&mut lines);

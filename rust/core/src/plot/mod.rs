@@ -1,5 +1,5 @@
 //! Paths for pens. In: a [`Drawing`](crate::Drawing), a pen and how it fills; out: a [`Plot`] of paths in the order in which they are
-//! drawn, the time that a machine takes for them, and files for machines.
+//! drawn, the time that a machine takes for them, and files for machines. Source: our own, but for what the files name.
 
 mod assembly;
 mod commands;

@@ -401,7 +401,7 @@ impl Machine {
                 )));
             }
             if let Some(unknown) = placeholders(text).find(|word| !PLACEHOLDERS.contains(word)) {
-                let sentence = format!("{name} has {{{unknown}}}, which stands for nothing");
+                let sentence = format!("{name} has {{{}}}, which stands for nothing", in_one_line(unknown));
                 return Err(Error::Input(or_nearest(&sentence, unknown, PLACEHOLDERS.iter().copied(), |word| {
                     format!("{{{word}}}")
                 })));
@@ -508,6 +508,8 @@ fn seconds(value: &Toml) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     /// A profile that lacks nothing.
@@ -634,12 +636,31 @@ mod tests {
             ("units_per_mm = 40", "units_per_mm is a key of machines for hpgl, but this one is for svg"),
             ("header = \"IN;\"", "header is a key of machines for gcode and hpgl, but this one is for svg"),
             ("pause = \"größer\"", "pause has the character \\u{f6}, but commands are plain ASCII"),
+            ("pause = \"{a\\nb}\"", "pause has {a\\nb}, which stands for nothing"),
             ("pause = \"{second}\"", "pause has {second}, which stands for nothing; did you mean {seconds}?"),
         ] {
             assert_eq!(message(&with(line)), expected, "{line}");
         }
         let long = message(&with(&format!("draw_speed = \"{}\"", "x".repeat(500))));
         assert!(long.len() < 160, "{long}");
+    }
+
+    proptest! {
+        #[test]
+        fn no_profile_panics(
+            lines in prop::collection::vec((0..PROFILE_KEYS.len(), "[-+.\\[\\]{}\"0-9a-z,#=\\\\n \u{e9}]{0,12}"), 0..6),
+            number in any::<f64>(),
+            whole in any::<i64>(),
+        ) {
+            let given = lines.iter().map(|(key, value)| format!("{} = {value}", PROFILE_KEYS[*key].name));
+            let numbers = PROFILE_KEYS.iter().flat_map(|key| [format!("{} = {number:?}", key.name), format!("{} = {whole}", key.name)]);
+            for profile in given.clone().chain(numbers).map(|line| with(&line)).chain([given.collect::<Vec<_>>().join("\n")]) {
+                if let Err(error) = Machine::parse(&profile) {
+                    let message = error.to_string();
+                    prop_assert!(!message.contains(char::is_control), "{message:?}");
+                }
+            }
+        }
     }
 
     #[test]

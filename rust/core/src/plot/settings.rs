@@ -51,7 +51,7 @@ pub struct Pen {
     pub dots: PenDots,
     /// In which order.
     pub order: PenOrder,
-    /// How much of a line the next one covers, as a part of its width.
+    /// How much of a line the next one covers, as a part of its width; below 0 there is paper between them.
     pub overlap: f64,
     /// How far lines reach beyond the edge of an area.
     pub bleed: Length,
@@ -118,10 +118,10 @@ pub const PEN_SETTINGS: &[PenSetting] = &[
     PenSetting {
         name: "overlap",
         value_name: "PART",
-        sentence: "How much of a line in an area the next one covers, as a part of the pen's width",
+        sentence: "How much of a line in an area the next one covers, as a part of the pen's width; below 0 paper shows between",
         default: "0.1",
-        allowed: "a number between 0 and 0.9",
-        set: |pen, value| f64::read(value).filter(|part| (0.0..=0.9).contains(part)).map(|part| pen.overlap = part),
+        allowed: "a number between -9 and 0.9",
+        set: |pen, value| f64::read(value).filter(|part| (-9.0..=0.9).contains(part)).map(|part| pen.overlap = part),
     },
     PenSetting {
         name: "bleed",
@@ -268,7 +268,7 @@ mod tests {
             told("fill", word("hatsch")),
             "pen_fill is \"hatsch\", but it must be \"contour\", \"hatch\", \"outline\" or \"none\"; did you mean \"hatch\"?"
         );
-        assert_eq!(told("overlap", Value::Number(1.0)), "pen_overlap is 1, but it must be a number between 0 and 0.9");
+        assert_eq!(told("overlap", Value::Number(1.0)), "pen_overlap is 1, but it must be a number between -9 and 0.9");
         assert_eq!(told("bleed", word("0.2mm")), "pen_bleed is 0.2mm, but it must be at most half the pen's width, which is 0.3mm");
         assert!(told("refill", word("0m")).starts_with("pen_refill is \"0m\", but it must be a length above 0"));
         assert_eq!(told("filll", word("hatch")), "there is no setting filll of a pen; did you mean fill?");
