@@ -76,6 +76,7 @@ def main(names: list[str]) -> None:
     for preset in presets():
         write("options", json.dumps(of_metadata(preset.name)).encode())
     drawings()
+    areas()
     lines = ["gamma=1.5", "nodes=1e5", "published.alpha=tonal", "preset=linocut", "page=A4", "width=20cm", "dpi=300", "margin=5",
              "style=layered", "inks=white", "one_bit=true", "background=#fff", "page=300x200mm", "suffix=svg"]  # fmt: skip
     write("options", "\n".join(lines).encode())
@@ -91,6 +92,15 @@ def drawings() -> None:
             write("drawing_svg", drawing.svg(**how).encode())
     for kind in (0, 4, 74, 78, 75, 110, 111, 1, 33):
         write("drawing_json", bytes([15, 15, 128, kind]) + bytes(range(8, 120, 7)))
+
+
+def areas() -> None:
+    """Write polygons of every size as the target `areas` has them in bytes: a square with a hole, and some that cross."""
+    square = [4, 10, 10, 60, 10, 60, 60, 10, 60, 0x84, 20, 20, 20, 40, 40, 40, 40, 20]
+    crossing = [4, 10, 10, 60, 60, 60, 10, 10, 60, 3, 0, 0, 200, 1, 0, 2, 0x44, 90, 90, 90, 90, 90, 130, 130, 130]
+    for kind in range(32):
+        write("areas", bytes([kind, 8, 0, *square]))
+        write("areas", bytes([kind, 30, 3, *crossing]))
 
 
 def of_metadata(preset: str) -> object:

@@ -4,10 +4,12 @@
 //! where it is caught. [`prepare`] tells the two apart by where they are. [`Counting`] counts memory, since an input of a few bytes
 //! must not take more than its pixels need.
 
+mod areas;
 mod drawings;
 mod memory;
 mod panics;
 
+pub use areas::examine_areas;
 pub use drawings::examine_drawing;
 pub use memory::Counting;
 pub use panics::prepare;

@@ -5,6 +5,7 @@
 //! its holes, whose areas are negative. Polygons that go in are disjoint, and so are those that come out. The same
 //! polygons always give the same, whatever the number of threads.
 
+mod needles;
 mod offset;
 mod simplify;
 

@@ -8,6 +8,7 @@ use i_overlay::mesh::float::outline::offset::OutlineOffset;
 use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 
 use crate::base::{Error, Result, signed_area};
+use crate::offset::needles::without_needles;
 use crate::offset::simplify::simplified;
 
 /// An area in mm: its exterior, then its holes.
@@ -18,6 +19,11 @@ const FINEST: f64 = (1 << 16) as f64;
 
 /// Whole numbers within which `i_overlay` is safe: 2^29 to either side.
 const LARGEST: f64 = (1 << 28) as f64;
+
+/// Units of the grid within which the two sides of a needle lie. `i_overlay` goes back to a corner between the edges that it moves towards
+/// one another there. Where they are nearly in one line, rounding may turn that way round, and it is taken for a needle of area. Its
+/// sides are two units apart or less.
+const NEEDLE: f64 = 4.0;
 
 /// Polygons moved out by `distance` mm, or in by one below 0, corners rounded, rings simplified by `tolerance` mm.
 ///
@@ -33,7 +39,7 @@ pub fn offset(polygons: &[Polygon], distance: f64, tolerance: f64) -> Result<Vec
     }
     let style = OutlineStyle::new(distance).line_join(LineJoin::Round(step(distance.abs(), tolerance)));
     let moved = polygons.outline_fixed_scale(&style, scale).map_err(|error| failed(&error))?;
-    Ok(cleaned(moved, tolerance))
+    Ok(cleaned(moved, NEEDLE / scale, tolerance))
 }
 
 /// The angle of an arc's steps whose chords keep to half the tolerance.
@@ -107,10 +113,10 @@ fn scale(of: &[&[Polygon]], distance: f64) -> Result<Option<f64>> {
     Ok(Some(fits.min(FINEST)))
 }
 
-/// Rings simplified, and those left out that come to nothing.
-fn cleaned(polygons: Vec<Polygon>, tolerance: f64) -> Vec<Polygon> {
+/// Rings simplified and without needles that are no wider than this, and those left out that come to nothing.
+fn cleaned(polygons: Vec<Polygon>, needle: f64, tolerance: f64) -> Vec<Polygon> {
     let clean = |polygon: Polygon| -> Option<Polygon> {
-        let mut rings = polygon.into_iter().map(|ring| simplified(&ring, tolerance));
+        let mut rings = polygon.into_iter().map(|ring| simplified(&without_needles(ring, needle), tolerance));
         let exterior = rings.next().filter(|ring| !ring.is_empty())?;
         Some(std::iter::once(exterior).chain(rings.filter(|ring| !ring.is_empty())).collect())
     };
@@ -136,5 +142,27 @@ mod tests {
         let out = area(&offset(&polygons, 1.0, 0.001).unwrap());
         assert!((out - (140.0 + std::f64::consts::PI)).abs() < 0.02, "{out}");
         assert!(offset(&polygons, -5.1, 0.01).unwrap().is_empty());
+    }
+
+    #[test]
+    fn nothing_of_what_is_moved_out_goes_back_to_a_corner_that_is_hardly_one() {
+        // The third corner lies on the line of its neighbours but for a ten thousandth of a mm.
+        let ring = vec![
+            [6.8000030517578125, 9.0000015],
+            [3.4808502197265625, 4.704637120117187],
+            [3.9761962890625, 3.9761977890624998],
+            [6.0, 1.0000014999999998],
+            [6.0, 6.0000015],
+            [9.0, 9.0000015],
+        ];
+        let point = |[x, y]: [f64; 2]| kurbo::Point::new(x, y);
+        for moved in offset(&[vec![ring.clone()]], 0.1895, 0.001).unwrap().into_iter().flatten().flatten() {
+            let to = |k: usize| {
+                let [a, b] = [ring[k], ring[(k + 1) % ring.len()]].map(point);
+                crate::base::distance_to_segment(point(moved), a, b)
+            };
+            let nearest = (0..ring.len()).map(to).fold(f64::INFINITY, f64::min);
+            assert!((nearest - 0.1895).abs() < 0.002, "{moved:?} lies {nearest} from the edges");
+        }
     }
 }

@@ -252,20 +252,63 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 /// The polygons but for those of less area that were cut off: one of their points lies on the rim of a cut.
 fn without_crumbs(polygons: Vec<Polygon>, cuts: &[Polygon], least: f64) -> Vec<Polygon> {
-    let was_cut = |polygon: &Polygon| {
-        let points = || polygon.iter().flatten();
-        cuts.iter().flatten().any(|rim| {
-            let reach = distance(rim[0], rim[2]);
+    let near = Squares::of(cuts);
+    let is_on_rim = |p: &[f64; 2]| {
+        near.at(*p).any(|rim| {
             let spare = 1e-3 * distance(rim[1], rim[2]);
-            let is_on = |p: &[f64; 2]| {
-                let is_near = distance(*p, rim[0]) <= reach + spare;
-                is_near && (0..4).any(|k| distance(foot(*p, rim[k], rim[(k + 1) % 4]), *p) <= spare)
-            };
-            points().any(is_on)
+            (0..4).any(|k| distance(foot(*p, rim[k], rim[(k + 1) % 4]), *p) <= spare)
         })
     };
-    let is_crumb = |polygon: &Polygon| area(std::slice::from_ref(polygon)) < least && was_cut(polygon);
+    let is_crumb = |polygon: &Polygon| area(std::slice::from_ref(polygon)) < least && polygon.iter().flatten().any(is_on_rim);
     polygons.into_iter().filter(|polygon| !is_crumb(polygon)).collect()
+}
+
+/// Cuts by the squares of a grid that they come into.
+struct Squares<'a> {
+    cuts: &'a [Polygon],
+    side: f64,
+    /// Square and cut, in order.
+    entries: Vec<([i64; 2], u32)>,
+}
+
+impl<'a> Squares<'a> {
+    fn of(cuts: &'a [Polygon]) -> Self {
+        let whole: f64 = cuts.iter().map(|cut| distance(cut[0][0], cut[0][2])).sum();
+        // As large as cuts are on average: then few come into many squares.
+        let side = (whole / cuts.len().max(1) as f64).max(f64::MIN_POSITIVE);
+        let mut squares = Self { cuts, side, entries: Vec::new() };
+        for (number, cut) in (0u32..).zip(cuts) {
+            let [a, b, c, d] = cut[0][..] else { continue };
+            let spare = 1e-3 * distance(b, c);
+            // Piece by piece, as the box of a long one that lies aslant is large.
+            let pieces = (distance(a, b) / side).ceil().max(1.0);
+            let at = |from: [f64; 2], to: [f64; 2], k: f64| [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * (k / pieces));
+            for k in (0..pieces as usize).map(|k| k as f64) {
+                let corners = [at(a, b, k), at(a, b, k + 1.0), at(d, c, k), at(d, c, k + 1.0)];
+                let end =
+                    |axis: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|corner| corner[axis]).fold(corners[0][axis], pick);
+                let low = [0, 1].map(|axis| squares.along(end(axis, f64::min) - spare));
+                let high = [0, 1].map(|axis| squares.along(end(axis, f64::max) + spare));
+                let within = (low[0]..=high[0]).flat_map(|column| (low[1]..=high[1]).map(move |row| [column, row]));
+                squares.entries.extend(within.map(|square| (square, number)));
+            }
+        }
+        squares.entries.sort_unstable();
+        squares.entries.dedup();
+        squares
+    }
+
+    fn along(&self, value: f64) -> i64 {
+        (value / self.side).floor() as i64
+    }
+
+    /// The cuts that may be at a point.
+    fn at(&self, point: [f64; 2]) -> impl Iterator<Item = &'a [[f64; 2]]> {
+        let square = point.map(|value| self.along(value));
+        let first = self.entries.partition_point(|(other, _)| *other < square);
+        let entries = self.entries[first..].iter().take_while(move |(other, _)| *other == square);
+        entries.map(|(_, cut)| self.cuts[*cut as usize][0].as_slice())
+    }
 }
 
 #[cfg(test)]
@@ -345,6 +388,19 @@ mod tests {
         let black = [vec![rectangle(0.0, 0.0, 50.0, 50.0), vec![[0.0, 25.0], [20.0, 35.0], [20.0, 15.0]]]];
         let (_, told) = joined(&black, 0.0, 3.0);
         assert_eq!(told.bridges[0].length, 0.0);
+    }
+
+    #[test]
+    fn what_is_cut_off_goes_and_what_is_small_anyway_stays() {
+        let cuts = [
+            Joint { ends: [[10.0, 10.0], [40.0, 10.0]], along: [1.0, 0.0] },
+            Joint { ends: [[0.0, 0.0], [20.0, 20.0]], along: [0.6, 0.8] },
+        ];
+        let cuts = cuts.map(|joint| joint.cut(2.0));
+        let beside = vec![vec![[20.0, 11.001], [21.0, 11.001], [20.5, 11.5]]];
+        let [apart, large] = [vec![rectangle(20.0, 12.0, 0.5, 0.5)], vec![rectangle(20.0, 11.001, 5.0, 5.0)]];
+        let left = without_crumbs(vec![beside, apart.clone(), large.clone()], &cuts, 1.0);
+        assert_eq!(left, [apart, large]);
     }
 
     #[test]
