@@ -1,7 +1,6 @@
-//! Boxes around areas, to tell which of many come near which, and zones around places.
+//! Boxes around areas, to tell which of many come near which.
 
-use crate::base::Result;
-use crate::offset::{Polygon, united};
+use crate::offset::Polygon;
 
 /// Left, top, right and bottom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +30,7 @@ impl Bounds {
         a <= g && e <= c && b <= h && f <= d
     }
 
-    fn area(self) -> Polygon {
+    pub(super) fn area(self) -> Polygon {
         let [left, top, right, bottom] = self.0;
         vec![vec![[left, top], [right, top], [right, bottom], [left, bottom]]]
     }
@@ -60,15 +59,6 @@ impl Boxes {
         let first = self.reach.partition_point(|reach| *reach < other.0[1]);
         self.boxes[first..].iter().take_while(|b| b.0[1] <= other.0[3]).any(|b| b.meets(other))
     }
-}
-
-/// Where to look: all that is so near to areas.
-///
-/// # Errors
-/// As [`united`].
-pub(super) fn zone(areas: &[Polygon], by: f64) -> Result<Vec<Polygon>> {
-    let boxes: Vec<Polygon> = areas.iter().map(|area| Bounds::of(&area[0]).wider(by).area()).collect();
-    united(&boxes)
 }
 
 #[cfg(test)]

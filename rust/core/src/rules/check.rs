@@ -75,7 +75,8 @@ fn too_thin(shapes: &Shapes, rules: &Rules, ink: Ink) -> Result<Vec<Violation>> 
         let measured = width.min(limit - allowance(limit));
         Violation { kind, x, y, measured, limit, length, shape: Shape::Area(outline) }
     };
-    Ok(thin(&shapes.black, ink, limit - allowance(limit), shapes.tolerance)?.into_iter().map(of).collect())
+    let found = thin(&shapes.black, shapes.size(), ink, limit - allowance(limit), shapes.tolerance)?;
+    Ok(found.into_iter().map(of).collect())
 }
 
 /// Dots that are too small, or too near to something.
@@ -84,7 +85,7 @@ fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Viol
     if drawing.stipples.is_empty() {
         return Ok(Vec::new());
     }
-    let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
+    let size = shapes.size();
     let near = Near::of(&shapes.black, size);
     let circle = |dot: &Stipple| ([dot.x * scale, dot.y * scale], dot.radius * scale);
     let mut violations = Vec::new();

@@ -17,7 +17,7 @@ use crate::base::{Checked, Control, Error, Ink, Pool, Result, circle_polygon, si
 use crate::drawing::{Drawing, Loose, put_together};
 use crate::offset::{Polygon, intersection, offset, subtracted, united};
 use crate::rules::areas::Nesting;
-use crate::rules::boxes::{Bounds, Boxes, zone};
+use crate::rules::boxes::{Bounds, Boxes};
 use crate::rules::bridging::Bridging;
 use crate::rules::changes::Changes;
 use crate::rules::check::{allowance, tolerance_of};
@@ -56,6 +56,7 @@ const MOST_DOUBLINGS: usize = 16;
 const HALVINGS: usize = 4;
 
 /// What [`Provenance::rest`](crate::stages::Provenance::rest) has of rules.
+static T0: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
 const TOLD: &str = "rules";
 
 struct Work<'a> {
@@ -149,10 +150,14 @@ fn enforced(drawing: &Drawing, rules: &Rules, scale: f64, control: &Control) -> 
         is_begun: [false; 2],
         changes: Changes { tone_before: tone(drawing), ..Changes::default() },
     };
+    if std::env::var("DBG").is_ok() { eprintln!("{:?} begun", T0.elapsed()); }
     work.take_up_islands()?;
     work.open_all(None)?;
+    if std::env::var("DBG").is_ok() { eprintln!("{:?} opened", T0.elapsed()); }
     work.bridge()?;
+    if std::env::var("DBG").is_ok() { eprintln!("{:?} bridged", T0.elapsed()); }
     let regions = work.assembled()?;
+    if std::env::var("DBG").is_ok() { eprintln!("{:?} assembled", T0.elapsed()); }
     let made = work.with_dots(drawing, regions, canvas)?;
     let changes = Changes { tone: tone(&made), ..work.changes };
     Ok((made, changes))
@@ -250,14 +255,14 @@ impl Work<'_> {
         }
         // From a hundredth above the limit down to half of what is allowed.
         let diameter = (limit * (1.01 - 0.01 * round as f64)).max(limit - 0.5 * allowance(limit));
-        let thin = if is_first {
-            Opened::of(&self.areas, ink, diameter, self.tolerance())?.thin
-        } else {
-            self.thin_near(&since, ink, diameter)?
-        };
+        // Elsewhere all is as it was: what a disc that touches something has in it lies within its diameter.
+        let boxes = Boxes::new(since.iter().map(|area| Bounds::of(&area[0]).wider(1.1 * diameter)).collect());
+        let within = (!is_first).then_some(&boxes);
+        let thin = Opened::of(&self.areas, self.shapes.size(), ink, diameter, self.tolerance(), within)?.thin;
         if thin.is_empty() {
             return Ok(false);
         }
+        if std::env::var("DBG").is_ok() { eprintln!("{:?} round {round} {ink:?} grows {grows:?}: {} thin of {:.4} mm2, {} areas, {} points, since {}", T0.elapsed(), thin.len(), crate::offset::area(&thin), self.areas.len(), self.areas.iter().flatten().map(Vec::len).sum::<usize>(), since.len()); }
         self.control.check()?;
         // Black that goes is missing, and so is black where white grows.
         let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
@@ -276,18 +281,6 @@ impl Work<'_> {
         };
         self.patch(&patches, is_added)?;
         Ok(true)
-    }
-
-    /// What is too thin near what has changed: elsewhere it is as it was.
-    fn thin_near(&self, since: &[Polygon], ink: Ink, diameter: f64) -> Result<Vec<Polygon>> {
-        // What a disc that touches something has in it lies within its diameter.
-        let inner = zone(since, 1.1 * diameter)?;
-        let outer = zone(since, 2.3 * diameter)?;
-        let boxes = Boxes::new(outer.iter().map(|area| Bounds::of(&area[0])).collect());
-        let near: Vec<Polygon> = self.areas.iter().filter(|area| boxes.meets(Bounds::of(&area[0]))).cloned().collect();
-        let cut = intersection(&near, &outer)?;
-        let thin = Opened::of(&cut, ink, diameter, self.tolerance())?.thin;
-        intersection(&thin, &inner)
     }
 
     /// Adds patches to the areas, or takes them off.
@@ -320,14 +313,9 @@ impl Work<'_> {
 
     /// Thin parts as wide as a limit, on the canvas.
     fn widened(&self, thin: &[Polygon], radius: f64) -> Result<Vec<Polygon>> {
-        let [width, height] = self.size();
+        let [width, height] = self.shapes.size();
         let canvas = vec![vec![[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]];
         intersection(&offset(thin, radius, self.tolerance())?, &[canvas])
-    }
-
-    fn size(&self) -> [f64; 2] {
-        let Drawing { width, height, .. } = *self.shapes.drawing;
-        [width, height].map(|side| side as f64 * self.shapes.scale)
     }
 
     /// Joins all islands to the frame, those that bridges or what comes after them has made too.
@@ -342,7 +330,7 @@ impl Work<'_> {
                 return Ok(());
             }
             // What is too small is filled already.
-            let (areas, told) = straight(&self.areas, self.size(), &Bridging { min_area: 0.0, width }, self.control)?;
+            let (areas, told) = straight(&self.areas, self.shapes.size(), &Bridging { min_area: 0.0, width }, self.control)?;
             for bridge in &told.bridges {
                 let line = bridge.points.clone();
                 let middle = [0, 1].map(|axis| line.iter().map(|p| p[axis]).sum::<f64>() / line.len() as f64);

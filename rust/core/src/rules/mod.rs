@@ -10,6 +10,7 @@ mod check;
 mod cores;
 mod dots;
 mod enforce;
+mod fits;
 mod islands;
 mod near;
 mod nesting;

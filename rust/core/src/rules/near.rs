@@ -38,6 +38,25 @@ impl Near {
         Self { edges, cells, rows }
     }
 
+    /// How many edges there are.
+    pub(super) fn len(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// Both ends of an edge; what is black lies on its left, x right and y down.
+    pub(super) fn edge(&self, number: usize) -> [[f64; 2]; 2] {
+        self.edges[number]
+    }
+
+    /// Whether an edge is nearer than this.
+    pub(super) fn has_within(&self, p: [f64; 2], reach: f64) -> bool {
+        let at = Point::new(p[0], p[1]);
+        self.cells.any_around(p, reach, |number| {
+            let [a, b] = self.edges[number as usize].map(|[x, y]| Point::new(x, y));
+            distance_to_segment(at, a, b) < reach
+        })
+    }
+
     /// How far the nearest edge is; `reach` if none is nearer.
     pub(super) fn distance(&self, p: [f64; 2], reach: f64) -> f64 {
         let at = Point::new(p[0], p[1]);
@@ -118,6 +137,17 @@ impl Grid {
             (((p[axis] - self.origin[axis]) / self.side[axis]).max(0.0) as usize).min(count - 1)
         };
         [along(0, self.columns), along(1, self.lines)]
+    }
+
+    /// Whether any of the numbers in the cells within reach of a place is one that is looked for.
+    fn any_around(&self, p: [f64; 2], reach: f64, mut is_one: impl FnMut(u32) -> bool) -> bool {
+        let [left, top] = self.cell(p.map(|v| v - reach));
+        let [right, bottom] = self.cell(p.map(|v| v + reach));
+        (top..=bottom).any(|line| {
+            let (first, last) = (line * self.columns + left, line * self.columns + right);
+            let range = self.starts[first] as usize..self.starts[last + 1] as usize;
+            self.numbers[range].iter().any(|number| is_one(*number))
+        })
     }
 
     /// The numbers in all cells within reach of a place; some of them more than once.

@@ -65,6 +65,11 @@ impl<'a> Shapes<'a> {
         shapes
     }
 
+    /// Width and height of the canvas in mm.
+    pub(super) fn size(&self) -> [f64; 2] {
+        [self.drawing.width, self.drawing.height].map(|side| side as f64 * self.scale)
+    }
+
     /// A ring in mm, through the points of its curves.
     pub(super) fn ring(&self, ring: &Ring) -> Vec<[f64; 2]> {
         let mut points: Vec<[f64; 2]> = Vec::new();

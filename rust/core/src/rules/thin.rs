@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use crate::base::{Ink, Result, distance_to_segment};
 use crate::offset::{Polygon, offset, subtracted};
-use crate::rules::boxes::Bounds;
+use crate::rules::boxes::{Bounds, Boxes};
+use crate::rules::fits::Suspects;
 use crate::rules::near::nearest_on;
 use kurbo::{Point, Vec2};
 
@@ -22,27 +23,39 @@ const DUST: f64 = 6.0;
 
 /// Areas that are opened by a disc of this diameter, or closed, and what they have lost or gained by that.
 pub(super) struct Opened {
-    /// What is left of the areas when they have lost something, and a hair more; or when they have gained something, and a hair less.
+    /// What is left of the areas that were looked at, and a hair more; or what they have become by gaining something, and a hair less.
     pub(super) areas: Vec<Polygon>,
     /// Where they were too thin, or what lies between them was.
     pub(super) thin: Vec<Polygon>,
 }
 
 impl Opened {
-    /// Opens black areas, or closes them: then what lies between them is opened.
+    /// Opens black areas on a canvas of `size`, or closes them: then what lies between them is opened. Only what comes near one of the
+    /// boxes is looked at, if there are any.
     ///
     /// # Errors
     /// [`crate::Error::Input`] for coordinates that are not finite.
-    pub(super) fn of(black: &[Polygon], ink: Ink, diameter: f64, tolerance: f64) -> Result<Self> {
+    pub(super) fn of(
+        black: &[Polygon],
+        size: [f64; 2],
+        ink: Ink,
+        diameter: f64,
+        tolerance: f64,
+        within: Option<&Boxes>,
+    ) -> Result<Self> {
+        let suspects = Suspects::of(black, size, ink, diameter, tolerance, within);
+        if suspects.is_empty() {
+            return Ok(Self { areas: Vec::new(), thin: Vec::new() });
+        }
+        let black = suspects.cut_out(black, size)?;
         let sign = if ink == Ink::Black { -1.0 } else { 1.0 };
-        let moved = offset(black, sign * 0.5 * diameter, tolerance)?;
+        let moved = offset(&black, sign * 0.5 * diameter, tolerance)?;
         let areas = offset(&moved, -sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
-        let mut thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
+        let mut thin = if ink == Ink::Black { subtracted(&black, &areas)? } else { subtracted(&areas, &black)? };
         // Where outlines nearly lie on each other there is dust.
-        thin.retain(|part| Bounds::of(&part[0]).longer_side() > DUST * tolerance);
+        thin.retain(|part| Bounds::of(&part[0]).longer_side() > DUST * tolerance && suspects.holds(part));
         Ok(Self { areas, thin })
     }
-
 }
 
 /// What is thin, and a hair more: what is taken off areas or added to them has to lie over their outlines and not on them.
@@ -82,8 +95,8 @@ pub(super) struct Thin {
 ///
 /// # Errors
 /// As [`Opened::of`].
-pub(super) fn thin(black: &[Polygon], ink: Ink, diameter: f64, tolerance: f64) -> Result<Vec<Thin>> {
-    let opened = Opened::of(black, ink, diameter, tolerance)?;
+pub(super) fn thin(black: &[Polygon], size: [f64; 2], ink: Ink, diameter: f64, tolerance: f64) -> Result<Vec<Thin>> {
+    let opened = Opened::of(black, size, ink, diameter, tolerance, None)?;
     let arcs = Points::of(&opened.areas);
     let own = Points::of(black);
     Ok(opened.thin.into_par_iter().filter_map(|part| measured(part, &own, &arcs, diameter)).collect())
@@ -262,6 +275,7 @@ mod tests {
     use super::*;
 
     const TOLERANCE: f64 = 0.002;
+    const SIZE: [f64; 2] = [20.0, 20.0];
 
     fn polygon(points: &[[f64; 2]]) -> Polygon {
         vec![points.to_vec()]
@@ -289,23 +303,23 @@ mod tests {
     #[test]
     fn a_neck_is_as_wide_as_its_bar() {
         for width in [0.1, 0.25, 0.39] {
-            let found = thin(&[dumbbell(width)], Ink::Black, 0.4, TOLERANCE).unwrap();
+            let found = thin(&[dumbbell(width)], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
             assert_eq!(found.len(), 1, "{width}");
             assert_eq!(found[0].kind, Kind::Neck);
             assert!((found[0].width - width).abs() < 0.005, "{} for {width}", found[0].width);
             assert!((found[0].place[1] - 2.0).abs() < 0.01 && (4.0..8.0).contains(&found[0].place[0]));
         }
-        assert!(thin(&[dumbbell(0.41)], Ink::Black, 0.4, TOLERANCE).unwrap().is_empty());
+        assert!(thin(&[dumbbell(0.41)], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap().is_empty());
     }
 
     #[test]
     fn a_gap_is_as_wide_as_it_is_white() {
         let areas = [polygon(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]), polygon(&[[4.3, 0.0], [9.0, 0.0], [9.0, 4.0], [4.3, 4.0]])];
-        let found = thin(&areas, Ink::White, 0.4, TOLERANCE).unwrap();
+        let found = thin(&areas, SIZE, Ink::White, 0.4, TOLERANCE).unwrap();
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].kind, Kind::Neck);
         assert!((found[0].width - 0.3).abs() < 0.005, "{}", found[0].width);
-        assert!(thin(&areas, Ink::White, 0.29, TOLERANCE).unwrap().is_empty());
+        assert!(thin(&areas, SIZE, Ink::White, 0.29, TOLERANCE).unwrap().is_empty());
     }
 
     #[test]
@@ -314,14 +328,14 @@ mod tests {
             (polygon(&[[0.0, 0.0], [6.0, 0.0], [6.0, 0.2], [0.0, 0.2]]), 0.2),
             (polygon(&crate::base::circle_polygon([3.0, 3.0], 0.15, 0.001)), 0.3),
         ] {
-            let found = thin(&[points], Ink::Black, 0.4, TOLERANCE).unwrap();
+            let found = thin(&[points], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
             assert_eq!((found.len(), found[0].kind), (1, Kind::Whole));
             assert!((found[0].width - width).abs() < 0.02, "{} for {width}", found[0].width);
         }
         // A ring: all of it is outline, too.
         let mut ring = polygon(&crate::base::circle_polygon([3.0, 3.0], 2.0, 0.001));
         ring.push(crate::base::circle_polygon([3.0, 3.0], 1.75, 0.001).into_iter().rev().collect());
-        let found = thin(&[ring], Ink::Black, 0.4, TOLERANCE).unwrap();
+        let found = thin(&[ring], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
         assert_eq!((found.len(), found[0].kind), (1, Kind::Whole));
         assert!((found[0].width - 0.25).abs() < 0.02, "{}", found[0].width);
     }
@@ -333,7 +347,7 @@ mod tests {
             let half = 0.6;
             let tip = [polygon(&[[0.0, 0.0], [10.0, 0.0], [10.0, -4.0], [5.0 + half, -4.0], [5.0, -4.0 - height], [5.0 - half, -4.0], [0.0, -4.0]])];
             let tip: Vec<Polygon> = tip.iter().map(|area| vec![area[0].iter().rev().copied().collect()]).collect();
-            let found = thin(&tip, Ink::Black, 0.4, TOLERANCE).unwrap();
+            let found = thin(&tip, SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
             assert_eq!(found.len(), usize::from(counts), "{height}");
             assert!(found.iter().all(|thin| thin.kind == Kind::Tip && (thin.place[1] + 4.0 + height).abs() < 1e-3));
         }
