@@ -244,11 +244,22 @@ def test_no_progress_bar_when_piped(program, photos, tmp_path):
 SCHEMA = _core.options_schema()["properties"]
 OPTIONS = {name: it for name, it in SCHEMA.items() if name != "published"}
 
-OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot"}
+OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot", "pen"}
 OWN |= {"list-presets", "stats", "quiet", "help", "help-all", "version"}
 """Flags that only a command has, besides the options of a drawing and the settings of its file."""
 
-FURTHER = {"force", "options-schema", "max-bytes", "max-points", "max-pixels", "allow-damaged", "completions", "man"}
+FURTHER = {
+    "force",
+    "options-schema",
+    "max-bytes",
+    "max-points",
+    "max-plot-time",
+    "machine",
+    "max-pixels",
+    "allow-damaged",
+    "completions",
+    "man",
+}
 """More of them, in the long help alone."""
 
 
@@ -281,7 +292,7 @@ def test_help_is_short_and_shows_what_people_turn(command):
     assert shown(text)[:5] == ["output", "preset", "nodes", "width", "preview"]
     headings = re.findall(r"^([A-Z][A-Za-z ]+):$", text, flags=re.MULTILINE)
     groups = list(dict.fromkeys(it["x-group"] for it in OPTIONS.values() if it["x-everyday"]))
-    assert headings == ["Examples", "To begin with", "File", "Size on paper", *groups, "Print"]
+    assert headings == ["Examples", "To begin with", "File", "Size on paper", *groups, "Pen plotter", "Print"]
     for name in everyday:
         assert in_words(OPTIONS[name]["description"]).partition(". ")[0].rstrip(".") in in_words(text)
     assert "--help-all" in text.splitlines()[-1]
@@ -290,7 +301,8 @@ def test_help_is_short_and_shows_what_people_turn(command):
 def test_the_long_help_shows_everything(command):
     text = done(command, "--help-all", columns=80).stdout.decode()
     settings = {name for name, *_ in _core.settings()}
-    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | OWN | FURTHER
+    of_pen = {f"pen-{name}" for name, *_ in _core.pen_settings() if name != "pen"}
+    assert set(shown(text)) == kebab({*SCHEMA, *settings}) | of_pen | OWN | FURTHER
     for name, it in SCHEMA["published"]["properties"].items():
         assert f" {name}: {it['description'].rstrip('.')} [" in in_words(text), name
     for name, it in OPTIONS.items():

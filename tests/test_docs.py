@@ -103,7 +103,7 @@ def test_every_example_runs(path: Path, desk: Path) -> None:
 
 @pytest.mark.parametrize("path", PAGES, ids=name_of)
 def test_every_block_says_what_it_is(path: Path) -> None:
-    assert {kind for kind, _ in blocks(path)} <= IS_NO_CODE | {"sh", "python"}
+    assert {kind for kind, _ in blocks(path)} <= IS_NO_CODE | {"sh", "python", "toml"}
 
 
 def test_what_is_not_run_is_there() -> None:

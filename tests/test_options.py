@@ -324,6 +324,8 @@ BY_NAME = {
         for file in ("python/graphstipple/_core.pyi", "python/graphstipple/studio/desk.py", "rust/py/src/options.rs")
     },
     ("base", "python/graphstipple/studio/guard.py"): "a word of a header",
+    ("order", "python/graphstipple/drawing.py"): "in which a pen draws",
+    **{("tolerance", file): "of areas that are moved" for file in ("python/graphstipple/_core.pyi", "rust/py/src/stages.rs")},
     ("threads", "python/graphstipple/studio/desk.py"): "a page may not have more work than there are processors",
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",

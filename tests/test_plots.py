@@ -13,6 +13,7 @@ import pytest
 import shapely
 import skimage.data
 from tests.commands import assert_one_sentence, native_binary, run
+from tests.support import ROOT
 
 import graphstipple as gs
 from graphstipple import stages
@@ -242,6 +243,13 @@ def test_machines_come_with_profiles(drawing: gs.Drawing, tmp_path: Path) -> Non
     profile = tmp_path / "mine.toml"
     profile.write_text(gs.machines()[1].profile)
     assert plot.time(profile) == plot.time("grbl")
+
+
+def test_the_profile_of_the_documentation_is_a_machine(drawing: gs.Drawing, tmp_path: Path) -> None:
+    page = (ROOT / "docs/howto/plotter.md").read_text(encoding="utf-8")
+    profile = tmp_path / "mine.toml"
+    profile.write_text(page.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    assert drawing.plot("1mm", "60mm").time(profile) > 0
 
 
 def test_a_drawing_of_one_ink_is_plotted() -> None:

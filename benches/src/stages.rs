@@ -163,7 +163,7 @@ impl Prepared {
             Some(marks) => (&marks.places, &marks.areas),
             None => (sites, areas),
         };
-        let nodes = move || Nodes { labels, places, areas: mark_areas, tones: Some(&self.means) };
+        let nodes = move || Nodes { labels, places, areas: mark_areas, tones: Some(&self.means), bands: None };
         vec![
             Stage::new("saliency", Parallel, move || fine_grained(&self.bytes, width, height)),
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),

@@ -123,9 +123,9 @@ class Plot:
         Raises
         ------
         InvalidInputError
-            If there is no machine of the name, or the profile breaks a rule.
+            If there is no machine of the name.
         ImageFileError
-            If the profile's file cannot be read; `ImageFileNotFoundError` if there is none.
+            If the profile's file cannot be read, or breaks a rule; `ImageFileNotFoundError` if there is none.
         """
         stats: dict[str, Any] = self._core.stats(_machine_name(machine))
         seconds: float = stats["seconds"]
@@ -147,9 +147,10 @@ class Plot:
         Raises
         ------
         InvalidInputError
-            If the suffix is not known, the machine reads other files or does not reach all of the plot, or a profile breaks a rule.
+            If the suffix is not known, there is no machine of the name, or it reads other files or does not reach all of the plot.
         ImageFileError
-            If a file cannot be read or written; `ImageFileNotFoundError` if it or its folder does not exist.
+            If a file cannot be read or written, or a profile breaks a rule; `ImageFileNotFoundError` if it or its folder does not
+            exist.
         """
         self._core.save(path_to_write(path), None if machine is None else _machine_name(machine), bool(force))
 

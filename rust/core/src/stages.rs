@@ -32,7 +32,7 @@ pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, rel
 // What is black and what is white.
 pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
 // From labels to shapes.
-pub use crate::outlines::{Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
+pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
 // The drawing as data.
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.
@@ -53,3 +53,5 @@ pub use crate::plot::{
     Corner, Cornering, Fill, Limit, Machine, MachineFormat, PEN_SETTINGS, PROFILE_KEYS, Path, Pen, PenDots, PenOrder, PenSetting,
     Plot, PlotLayer, PlotStats, ProfileKey, ShippedProfile, Timing, Upward, ordered, picture, plot, travelled,
 };
+// What falls out of a stencil, and what keeps it in.
+pub use crate::rules::{Bridge, Bridged, Bridging, Island, bridge, islands, islands_between, straight};

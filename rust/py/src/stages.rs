@@ -325,6 +325,7 @@ pub(crate) fn outline<'py>(
             places: places.as_deref().unwrap_or(&triangulation.graph.sites),
             areas: &areas,
             tones: tones.as_deref(),
+            bands: None,
         };
         let outlines = core::outline(&triangulation, nodes, &components, size, shaping, control)?;
         core::assemble(outlines.parts)

@@ -9,6 +9,7 @@ mod split;
 mod stipple;
 
 pub use clean::clean;
+pub(crate) use places::Places;
 pub use refine::{Refinement, refine};
 pub use smooth::{STRUCTURED, grounds};
 pub(crate) use smooth::{drawn_tones, structured_mean};

@@ -25,9 +25,9 @@ const LEAST_BAND: usize = 1024;
 const ROWS_IN_BAND: usize = 16;
 
 /// Where the nodes of a triangulation are drawn.
-pub(super) struct Places<'a> {
+pub(crate) struct Places<'a> {
     fixed: Fixed<'a>,
-    pub(super) places: Vec<Point>,
+    pub(crate) places: Vec<Point>,
 }
 
 /// What does not move.
@@ -44,6 +44,11 @@ struct Fixed<'a> {
 impl<'a> Places<'a> {
     /// At first every node is at its site.
     pub(super) fn new(triangulation: &'a Triangulation, areas: &'a [f64], frame: Frame) -> Self {
+        Self::at(triangulation.graph.sites.clone(), triangulation, areas, frame)
+    }
+
+    /// Every node is at such a place, where moves have put it before.
+    pub(crate) fn at(places: Vec<Point>, triangulation: &'a Triangulation, areas: &'a [f64], frame: Frame) -> Self {
         let graph = &triangulation.graph;
         let count = graph.sites.len();
         let mut at_frame = vec![false; count];
@@ -52,11 +57,11 @@ impl<'a> Places<'a> {
             at_frame[graph.offsets.partition_point(|offset| *offset as usize <= slot) - 1] = true;
         }
         let size = LEAST_BAND.max(ROWS_IN_BAND * count.isqrt());
-        Self { fixed: Fixed { triangulation, areas, frame, at_frame, size }, places: graph.sites.clone() }
+        Self { fixed: Fixed { triangulation, areas, frame, at_frame, size }, places }
     }
 
     /// Visits some nodes, in ascending order, but for those that have neighbours beyond the bands beside their own.
-    pub(super) fn visit(&mut self, nodes: &[u32], visit: impl Fn(&mut Band, usize) + Sync) {
+    pub(crate) fn visit(&mut self, nodes: &[u32], visit: impl Fn(&mut Band, usize) + Sync) {
         let fixed = &self.fixed;
         for parity in 0..2 {
             let mut own = Vec::new();
@@ -93,7 +98,7 @@ impl<'a> Places<'a> {
 }
 
 /// Places of consecutive nodes, which can move, and of those before and after, which stay meanwhile.
-pub(super) struct Band<'a> {
+pub(crate) struct Band<'a> {
     fixed: &'a Fixed<'a>,
     first: usize,
     places: &'a mut [Point],
@@ -103,7 +108,7 @@ pub(super) struct Band<'a> {
 
 impl Band<'_> {
     /// The place of a node of this band or one beside it.
-    pub(super) fn place(&self, node: usize) -> Point {
+    pub(crate) fn place(&self, node: usize) -> Point {
         match node.checked_sub(self.first) {
             None => self.before[node + self.before.len() - self.first],
             Some(own) if own < self.places.len() => self.places[own],
@@ -123,12 +128,12 @@ impl Band<'_> {
         is_own(node) && row.first().is_none_or(is_known) && row.last().is_none_or(is_known)
     }
 
-    pub(super) fn is_at_frame(&self, node: usize) -> bool {
+    pub(crate) fn is_at_frame(&self, node: usize) -> bool {
         self.fixed.at_frame[node]
     }
 
     /// Moves a node as much of the way to a point as its triangles allow and `suits` wants: all of it, half, or a quarter.
-    pub(super) fn move_towards(&mut self, node: usize, point: Point, suits: impl Fn(&Self, Point) -> bool) {
+    pub(crate) fn move_towards(&mut self, node: usize, point: Point, suits: impl Fn(&Self, Point) -> bool) {
         if !self.reaches(node) {
             return;
         }

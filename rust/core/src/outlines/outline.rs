@@ -51,6 +51,34 @@ pub struct Nodes<'a> {
     pub areas: &'a [f64],
     /// Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
     pub tones: Option<&'a [f32]>,
+    /// White bands that run through the drawing whatever the tones: see [`Bands`].
+    pub bands: Option<Bands<'a>>,
+}
+
+/// White bands, such as bridges: their boundaries run where they end and not halfway between nodes, so that they are as wide as they
+/// are to be however far apart the nodes are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bands<'a> {
+    /// How far inside of a band every node lies, in any unit; below 0 how far outside, and not a number far from all of them.
+    pub depths: &'a [f32],
+    /// Whether a white node is white for the sake of a band alone: boundaries beside it are those of the band. Beside other white
+    /// nodes they are those of what is white anyway, or of the band where it reaches further.
+    pub is_added: &'a [bool],
+}
+
+impl Bands<'_> {
+    /// Where a boundary crosses the edge from a black to a white node, as a fraction of the way, if `otherwise` is where it would
+    /// without bands; and whether a band has a say in that.
+    fn crossing(&self, [black, white]: [u32; 2], otherwise: f64) -> (f64, bool) {
+        let [outside, inside] = [black, white].map(|node| f64::from(self.depths[node as usize]));
+        if !(outside.is_finite() && inside.is_finite()) {
+            return (otherwise, false);
+        }
+        // A black node may lie inside a band, and a white one outside, where bands are narrower than nodes are apart.
+        let ends = if inside > outside { -outside / (inside - outside) } else { 0.5 };
+        let ends = ends.clamp(NEAREST_CROSSING, 1.0 - NEAREST_BAND);
+        (if self.is_added[white as usize] { ends } else { ends.min(otherwise) }, true)
+    }
 }
 
 /// How marks are shaped; ranges as in [`crate::Options`].
@@ -96,6 +124,10 @@ const DOT_GRID: f64 = 4.0;
 /// between it and the next boundary.
 const NEAREST_CROSSING: f64 = 0.2;
 
+/// The same for the boundary of a band and a node within: what is left between it and the next boundary is the band, no wider than it
+/// is to be. Nearer still, curves would have to be corners to stay in their triangles.
+const NEAREST_BAND: f64 = 0.08;
+
 /// Where a boundary crosses the edge from a black to a white node, as a fraction of the way, by the tones of both: where the tone in
 /// between, going straight from one to the other, is 0.5. So an edge in the photo is drawn where it is, and straight, not from node
 /// to node. If the tones do not lie on the sides of 0.5 that their labels are on, diffusion put the boundary there and not the
@@ -120,7 +152,7 @@ pub fn outline(
     shaping: Shaping,
     control: &Control,
 ) -> Result<Outlines> {
-    let Nodes { labels, places, areas: cell_areas, tones } = nodes;
+    let Nodes { labels, places, areas: cell_areas, tones, bands } = nodes;
     let count = triangulation.graph.sites.len();
     for (what, length) in [
         ("labels", labels.len()),
@@ -128,6 +160,8 @@ pub fn outline(
         ("component ids", components.ids.len()),
         ("cell areas", cell_areas.len()),
         ("tones", tones.map_or(count, <[f32]>::len)),
+        ("depths", bands.map_or(count, |bands| bands.depths.len())),
+        ("signs of what is added", bands.map_or(count, |bands| bands.is_added.len())),
     ] {
         check_one_a_node(what, length, count)?;
     }
@@ -167,10 +201,20 @@ pub fn outline(
             [(contour.black, contour.white), (contour.white, contour.black)].into_iter().find(|(own, _)| is_dot(*own, contour));
         let Some((own, around)) = dot else {
             let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
-            let at = |[black, white]: [u32; 2]| tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
+            let mut along_band = false;
+            let mut at = |nodes: [u32; 2]| {
+                let [black, white] = nodes;
+                let by_tone = tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
+                let Some(bands) = bands else { return by_tone };
+                let (place, by_band) = bands.crossing(nodes, by_tone);
+                along_band |= by_band;
+                place
+            };
             let crossings: Vec<Point> =
                 edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
-            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, enclosed(contour), contour.ends), dot: None });
+            // What a band leaves of cells is not to grow over it again.
+            let area = enclosed(contour).filter(|_| !along_band);
+            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, area, contour.ends), dot: None });
         };
         let own_is_black = own == contour.black;
         let node = edges[0][usize::from(!own_is_black)] as usize;

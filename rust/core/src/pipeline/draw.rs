@@ -23,7 +23,7 @@ use crate::labels::{
     Labels, Refinement, STRUCTURED, Stippled, clean, drawn_tones, grounds, refine, split, stipple, structured_mean,
 };
 use crate::options::{Crossings, ErrorWeighting, Options, Stage};
-use crate::outlines::{Nodes, Shaping, outline};
+use crate::outlines::{Bands, Nodes, Shaping, outline};
 use crate::photo::{Field, Photo, adjusted, emphasize, emphasize_and_off, off_blurred};
 use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
 use crate::pipeline::needs::Needs;
@@ -225,6 +225,40 @@ fn run(
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
     let components = stages.run_unless_kept(Step::Outlines, &mut memory.components, needs.at(Stage::Labels), connected)?;
     let outlined = stages.run_unless_kept(Step::Outlines, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
+        let graph =
+            Labelled { triangulation: &triangulation, labels: &labels, components: &components, cells: &cells, bands: None };
+        graph.outlined(canvas, factor, needs, provenance.clone(), control)
+    })?;
+    let outlined = signed(outlined, provenance, needs.at(Stage::Outlines), &mut memory.outlines);
+
+    let mut stats = stages.stats;
+    stats.seconds.insert("total".to_owned(), stages.began.elapsed().as_secs_f64());
+    let stats = counted(Stats { nodes: labels.labels.len(), tone_shift: labels.shift, ..stats }, &outlined);
+    let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
+    let warning = blank(&drawing, range);
+    Ok(Outcome { drawing, stats, factor, warning, graph, cells, labels, components, importance: field })
+}
+
+/// A labelled graph on the raster, of which a drawing is made.
+struct Labelled<'a> {
+    triangulation: &'a Triangulation,
+    labels: &'a Labels,
+    components: &'a Components,
+    cells: &'a TonedCells,
+    bands: Option<Bands<'a>>,
+}
+
+impl Labelled<'_> {
+    /// Its drawing on a canvas that is so much larger.
+    fn outlined(
+        &self,
+        canvas: (usize, usize),
+        factor: usize,
+        needs: &Options,
+        provenance: Provenance,
+        control: &Control,
+    ) -> Result<Outlined> {
+        let Self { triangulation, labels, components, cells, bands } = *self;
         let followed = (needs.published.crossings == Crossings::Tone).then_some(&cells.means[..]);
         let (places, areas) = match &labels.marks {
             Some(marks) => (&marks.places, &marks.areas),
@@ -232,29 +266,52 @@ fn run(
         };
         // From here on all is on the canvas.
         let (places, areas) = (enlarged(places, factor), enlarged_areas(areas, factor));
-        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones: followed };
-        let outlines = outline(&triangulation, nodes, &components, canvas, Shaping::of(needs), control)?;
-        let drawing = Arc::new(Drawing { provenance: provenance.clone(), ..assemble(outlines.parts)? });
+        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones: followed, bands };
+        let outlines = outline(triangulation, nodes, components, canvas, Shaping::of(needs), control)?;
+        let drawing = Arc::new(Drawing { provenance, ..assemble(outlines.parts)? });
         let (anchors, coordinates) = drawing.count_written();
         Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
-    })?;
-    let outlined = signed(outlined, provenance, needs.at(Stage::Outlines), &mut memory.outlines);
+    }
+}
 
-    let mut stats = stages.stats;
-    stats.seconds.insert("total".to_owned(), stages.began.elapsed().as_secs_f64());
-    let stats = Stats {
-        nodes: labels.labels.len(),
-        tone_shift: labels.shift,
+/// The same with the counts of a drawing.
+fn counted(stats: Stats, outlined: &Outlined) -> Stats {
+    Stats {
         stipples: outlined.drawing.stipples.len(),
         regions: outlined.drawing.regions.len(),
         vertices: outlined.vertices,
         anchors: outlined.anchors,
         coordinates: outlined.coordinates,
         ..stats
-    };
-    let (drawing, graph) = (Arc::clone(&outlined.drawing), Arc::clone(&triangulation.graph));
-    let warning = blank(&drawing, range);
-    Ok(Outcome { drawing, stats, factor, warning, graph, cells, labels, components, importance: field })
+    }
+}
+
+/// Other labels for the nodes of a drawing, and how their outlines run.
+pub(crate) struct Relabelled<'a> {
+    /// The triangulation of the nodes, anew: an [`Outcome`] keeps its graph alone.
+    pub(crate) triangulation: &'a Triangulation,
+    pub(crate) labels: Labels,
+    pub(crate) bands: Option<Bands<'a>>,
+    /// What is told of how the drawing was made.
+    pub(crate) provenance: Provenance,
+}
+
+/// The drawing of other labels, made as the first one was from its components on. Nothing else changes, nor is any time told.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input) if the drawing's options are none of this version, or there is not one label a node;
+/// [`Error::Cancelled`](crate::Error::Cancelled).
+pub(crate) fn redrawn(outcome: &Outcome, relabelled: Relabelled, control: &Control) -> Result<Outcome> {
+    let Relabelled { triangulation, labels, bands, provenance } = relabelled;
+    // What outlines go by is in pixels of the canvas, so it is no other for a reduced photo.
+    let options = provenance.options()?;
+    let canvas = (outcome.drawing.width, outcome.drawing.height);
+    let (components, cells) = (components(&triangulation.graph, &labels.labels), &outcome.cells);
+    let graph = Labelled { triangulation, labels: &labels, components: &components, cells, bands };
+    let outlined = graph.outlined(canvas, outcome.factor, &options, provenance, control)?;
+    let stats = counted(outcome.stats.clone(), &outlined);
+    let (labels, components) = (Arc::new(labels), Arc::new(components));
+    Ok(Outcome { drawing: outlined.drawing, stats, labels, components, ..outcome.clone() })
 }
 
 /// The largest difference of tones of a photo that counts as flat: one level of 8 bits, and what rounding adds.

@@ -11,5 +11,6 @@ mod session;
 mod within;
 
 pub use draw::{Outcome, draw, draw_owned};
+pub(crate) use draw::{Relabelled, redrawn};
 pub use session::Session;
 pub use within::{Limits, Trials};

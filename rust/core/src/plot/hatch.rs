@@ -162,7 +162,7 @@ mod tests {
             let filled = hatched(&vec![square(0.0, 10.0)], SPACING, angle).unwrap();
             assert_eq!(filled.paths.len(), 2, "{angle}");
             let covered = (length(&filled.paths[1].points) + 4.0 * 9.7) * SPACING.apart;
-            assert!((97.0..108.0).contains(&covered), "{angle}: {covered}");
+            assert!((97.0..110.0).contains(&covered), "{angle}: {covered}");
             assert!(filled.paths.iter().flat_map(|path| &path.points).flatten().all(|v| (0.149..9.851).contains(v)));
         }
     }
@@ -189,7 +189,7 @@ mod tests {
                 }
             }
         }
-        // Two rims; before the hole and on its one side, on its other side, and behind it.
-        assert_eq!(filled.paths.len(), 5);
+        // Two rims; before the hole, on its one side and behind it; and on its other side.
+        assert_eq!(filled.paths.len(), 4);
     }
 }
