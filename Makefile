@@ -27,7 +27,7 @@ BINARY := target/release/graphstipple
 BUILD_BINARY := cargo build --release --locked --package graphstipple-cli --package graphstipple-py --bin graphstipple
 
 # What `make fuzz` runs, and for how long; FUZZ_SEEDS may name more files and folders to begin with.
-FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options drawing_svg drawing_json
+FUZZ_TARGETS := jpeg png tiff webp exif_and_any profile options drawing_svg drawing_json areas
 FUZZ_SECONDS := 600
 FUZZ_SEEDS :=
 
@@ -110,6 +110,7 @@ bench: $(PACKAGE) binary
 	cargo bench --package graphstipple-bench --locked --bench threads
 	$(BIN)/python benches/ratios.py
 	$(BIN)/python benches/studio.py
+	$(BIN)/python benches/plots.py
 
 peers: $(EVALUATION) binary
 	$(BIN)/python benches/peers.py

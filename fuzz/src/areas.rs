@@ -118,7 +118,8 @@ impl Slack {
             let along = (((x - a[0]) * u + (y - a[1]) * v) / (u * u + v * v)).clamp(0.0, 1.0);
             (a[0] + along * u - x).hypot(a[1] + along * v - y)
         };
-        let allowed = self.tolerance + 8.0 * self.grid;
+        // Points of arcs are found one from the other.
+        let allowed = self.tolerance + 8.0 * self.grid + distance / 4096.0;
         for point in moved.iter().flatten().flatten() {
             let nearest = edges(from).map(|edge| to_edge(*point, edge)).fold(f64::INFINITY, f64::min);
             assert!(

@@ -33,7 +33,7 @@ fn polygons(bytes: &[u8], step: f64, shift: f64) -> Vec<Polygon> {
         let (points, after) = following.split_at(2 * count);
         rest = after;
         // Every fourth point is a little beside the grid.
-        let beside = |at: usize| if kind & 0x40 != 0 && at % 4 == 0 { 0.3e-4 } else { 0.0 };
+        let beside = |at: usize| if kind & 0x40 != 0 && at.is_multiple_of(4) { 0.3e-4 } else { 0.0 };
         let place = |(at, pair): (usize, &[u8])| [0, 1].map(|axis| shift + step * (f64::from(pair[axis]) + beside(at)));
         let ring: Vec<[f64; 2]> = points.chunks(2).enumerate().map(place).collect();
         match polygons.last_mut().filter(|_| kind & 0x80 != 0) {
