@@ -96,6 +96,12 @@ def rest(page: Page) -> None:
     page.wait_for_function(DRAWN, timeout=PATIENCE)
 
 
+def opened(page: Page, name: str) -> None:
+    """Wait until the photo of this name is open, which the page says only then, and drawn."""
+    expect(page.locator(".gs-name")).to_have_text(name, timeout=PATIENCE)
+    rest(page)
+
+
 def slider(page: Page, option: str) -> Locator:
     """Return an option's slider, which may lie folded away."""
     row = page.locator(f'[data-option="{option}"]')
@@ -449,15 +455,13 @@ def test_two_pages_at_once_do_not_disturb_each_other(page: Page, server: Running
 def test_dropped_photos_and_what_is_none(page: Page, folder: Path) -> None:
     data = (folder / "coffee.png").read_bytes()
     drop(page, "coffee.png", "image/png", data)
-    page.wait_for_function("() => document.body.innerText.includes('coffee.png')", timeout=PATIENCE)
-    rest(page)
+    opened(page, "coffee.png")
     assert copied(page, "copy-command").startswith("graphstipple coffee.png -o coffee-drawing.svg")
     drop(page, "notes.txt", "text/plain", b"these are notes\n")
     expect(page.locator(".gs-message").filter(has_text="notes.txt: ")).to_be_visible(timeout=PATIENCE)
     turn(page, "fineness", "0.6")
     page.locator("input[type=file]").set_input_files(folder / "my photo.png")
-    page.wait_for_function("() => document.body.innerText.includes('my photo.png')", timeout=PATIENCE)
-    rest(page)
+    opened(page, "my photo.png")
     expect(page.locator(".gs-message").filter(has_text="notes.txt")).to_have_count(0)
 
 
