@@ -33,10 +33,12 @@ if TYPE_CHECKING:
     from graphstipple.importance import saliency
     from graphstipple.options import Options, Preset, Published, presets
     from graphstipple.plots import Machine, Plot, PlotLayer, machines
+    from graphstipple.rules import Changes, Process, Report, Rules, Violation, processes
     from graphstipple.studio.notebook import Studio
 
 __all__ = [
     "BatchResult",
+    "Changes",
     "Drawing",
     "Graph",
     "GraphStippleError",
@@ -51,11 +53,15 @@ __all__ = [
     "Plot",
     "PlotLayer",
     "Preset",
+    "Process",
     "Published",
     "RecordedOptions",
     "Region",
+    "Report",
+    "Rules",
     "Session",
     "Studio",
+    "Violation",
     "__version__",
     "batch",
     "draw",
@@ -63,6 +69,7 @@ __all__ = [
     "machines",
     "metrics",
     "presets",
+    "processes",
     "saliency",
     "stages",
 ]
@@ -75,6 +82,7 @@ _LATER = {
     "importance": ("saliency",),
     "options": ("Options", "Preset", "Published", "presets"),
     "plots": ("Machine", "Plot", "PlotLayer", "machines"),
+    "rules": ("Changes", "Process", "Report", "Rules", "Violation", "processes"),
     "studio.notebook": ("Studio",),
 }
 """What is imported when it is first used, by module: the command line starts without NumPy, a drawing without OpenCV and Pillow."""

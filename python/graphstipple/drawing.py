@@ -17,6 +17,7 @@ from graphstipple._errors import GraphStippleError, GraphStippleWarning, Invalid
 from graphstipple._inputs import checked_width, path_to_read, path_to_write
 from graphstipple.options import Options
 from graphstipple.plots import HEAVY_SVG_BYTES, Fill, PenDots, PenOrder, Plot
+from graphstipple.rules import Changes, Report, Rules, checked_rules
 
 if TYPE_CHECKING:
     import shapely
@@ -379,6 +380,60 @@ class Drawing:
         settings = _given(width=width, margin=margin, page=page, paper=paper) | _plain(inks=inks)
         pens = _plain(pen=pen, fill=fill, dots=dots, order=order, overlap=overlap, bleed=bleed, angle=angle)
         return Plot(_core.plot(self._core, pens | _given(refill=refill), settings))
+
+    def check(
+        self, rules: Rules, *, width: Length | None = None, margin: Length | None = None, page: str | None = None
+    ) -> Report:
+        """Return what of the drawing breaks rules at its size on paper: what is too narrow or too small, and what falls out.
+
+        Parameters
+        ----------
+        rules : Rules
+            What can be made.
+        width, margin, page
+            The size on paper, as for `save`: a width or a page is needed.
+
+        Returns
+        -------
+        Report
+
+        Raises
+        ------
+        InvalidInputError
+            If there is no size, or the drawing does not fit on its page.
+        """
+        return Report(_core.check(self._core, checked_rules(rules), _given(width=width, margin=margin, page=page)), rules)
+
+    def enforce(
+        self, rules: Rules, *, width: Length | None = None, margin: Length | None = None, page: str | None = None
+    ) -> tuple[Drawing, Changes]:
+        """Return the drawing as rules allow it at its size on paper, and what was done to it.
+
+        What is too narrow goes or becomes wide enough, what is too small goes, and dots that are too small come together in fewer
+        large ones, so that the tone stays. Islands get bridges if the rules say so: such as the drawing itself might have had, by
+        turning nodes of its graph white, or straight ones if the drawing was loaded from a file or changed already.
+
+        Parameters
+        ----------
+        rules : Rules
+            What can be made.
+        width, margin, page
+            The size that the drawing will be saved at, as for `save`: a width or a page is needed.
+
+        Returns
+        -------
+        Drawing
+            It keeps the rules: what little might be left in the end is told by `check`.
+        Changes
+
+        Raises
+        ------
+        InvalidInputError
+            If there is no size, the drawing does not fit on its page, or the rules leave nothing: then which width would do.
+        """
+        settings = _given(width=width, margin=margin, page=page)
+        core, changes = _core.enforce(self._core, checked_rules(rules), settings)
+        return Drawing(core, self._options, self._seconds, self._decoder), Changes(**changes)
 
     def rasterize(
         self, width: int | None = None, *, part: tuple[float, float, float, float] | None = None

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, MachineFormat, Reading, Source, decode};
+use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, MachineFormat, Reading, ReportFormat, Source, decode};
 use graphstipple_core::{Control, Drawing, Field, Format, Importance};
 
 use crate::error::{Error, Result};
@@ -44,6 +44,17 @@ pub fn suffix_of_plot(path: &Path) -> Result<MachineFormat> {
     suffix
         .and_then(|suffix| MachineFormat::of_suffix(suffix).ok())
         .ok_or_else(|| Error::Usage(format!("{}: the suffix of a plot must be {}", path.display(), MachineFormat::SUFFIXES)))
+}
+
+/// The format of a report by its file's suffix.
+///
+/// # Errors
+/// [`Error::Usage`] for any other suffix or none, with those that are allowed.
+pub fn suffix_of_report(path: &Path) -> Result<ReportFormat> {
+    let suffix = path.extension().and_then(OsStr::to_str);
+    suffix
+        .and_then(|suffix| ReportFormat::of_suffix(suffix).ok())
+        .ok_or_else(|| Error::Usage(format!("{}: the suffix of a report must be {}", path.display(), ReportFormat::SUFFIXES)))
 }
 
 /// What another program is handed of an image that the core does not support.

@@ -57,5 +57,5 @@ pub use crate::plot::{
 pub use crate::rules::{Bridge, Bridged, Bridging, Island, bridge, islands, islands_between, straight};
 // What machines can make.
 pub use crate::rules::{
-    Changes, Islands, PROCESSES, Process, ProcessRule, RULES, Report, Rules, Violation, ViolationKind, check, enforce,
+    Changes, Islands, PROCESSES, Process, ProcessRule, RULES, Report, ReportFormat, Rules, Violation, ViolationKind, check, enforce,
 };

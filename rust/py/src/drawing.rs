@@ -59,7 +59,7 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Drawing> {
         let stats = counts(&drawing);
         Ok((drawing, stats))
     })?;
-    Ok(Drawing { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: None })
+    Ok(Drawing { drawing: Arc::new(drawing), stats, warnings: Vec::new(), outcome: None })
 }
 
 /// A drawing of what [`Drawing::packed`] gave.
@@ -72,7 +72,7 @@ pub(crate) fn unpacked(py: Python<'_>, json: Vec<u8>, stats: &str, warnings: Vec
         // What is wrong with it is no error of whoever waits.
         Ok(graphstipple_core::load(&json, format, control))
     })?;
-    Ok(Drawing { drawing: Arc::new(drawing.map_err(|error| damaged(&error))?), stats, warnings, stages: None })
+    Ok(Drawing { drawing: Arc::new(drawing.map_err(|error| damaged(&error))?), stats, warnings, outcome: None })
 }
 
 /// Whether a table has numbers, words and nothing by name, and tables of them.
@@ -92,29 +92,18 @@ pub(crate) struct Drawing {
     drawing: Arc<CoreDrawing>,
     stats: Map<String, Json>,
     warnings: Vec<String>,
-    stages: Option<Stages>,
-}
-
-/// What the stages made on the way to the drawing. A drawing from a file has none of it.
-#[derive(Clone)]
-struct Stages {
-    factor: usize,
-    graph: Arc<Graph>,
-    cells: Arc<TonedCells>,
-    labels: Arc<Labels>,
-    components: Arc<Components>,
-    importance: Arc<Field>,
+    /// What the stages made on the way to the drawing. A drawing from a file has none of it.
+    outcome: Option<Arc<Outcome>>,
 }
 
 impl Drawing {
     /// What the pipeline made, for Python.
     pub(crate) fn of(outcome: Outcome, of_map: Option<String>) -> PyResult<Self> {
-        let Outcome { drawing, stats, factor, warning, graph, cells, labels, components, importance } = outcome;
-        let Json::Object(stats) = serde_json::to_value(&stats).map_err(internal)? else {
+        let Json::Object(stats) = serde_json::to_value(&outcome.stats).map_err(internal)? else {
             return Err(errors::from_core(Error::Internal("the stats are no table".to_owned())));
         };
-        let warnings = of_map.into_iter().chain(warning).collect();
-        Ok(Self { drawing, stats, warnings, stages: Some(Stages { factor, graph, cells, labels, components, importance }) })
+        let warnings = of_map.into_iter().chain(outcome.warning.clone()).collect();
+        Ok(Self { drawing: Arc::clone(&outcome.drawing), stats, warnings, outcome: Some(Arc::new(outcome)) })
     }
 }
 
@@ -143,11 +132,29 @@ impl Drawing {
         (Arc::clone(&self.drawing), nodes as usize)
     }
 
+    /// What drawing it left, if it was not changed since: a drawing from a file has no such thing.
+    pub(crate) fn outcome(&self) -> Option<Arc<Outcome>> {
+        self.outcome.clone().filter(|outcome| Arc::ptr_eq(&outcome.drawing, &self.drawing))
+    }
+
+    /// What was made of the drawing, with its [`counts`] and how many of what was changed.
+    pub(crate) fn with_drawing<'a>(
+        &self,
+        drawing: CoreDrawing,
+        counts: Map<String, Json>,
+        changed: impl IntoIterator<Item = (&'a str, usize)>,
+    ) -> Self {
+        let mut stats = self.stats.clone();
+        stats.extend(counts);
+        stats.extend(changed.into_iter().map(|(name, count)| (name.to_owned(), count.into())));
+        Self { drawing: Arc::new(drawing), stats, warnings: Vec::new(), outcome: self.outcome.clone() }
+    }
+
     /// The same with one more entry in its stats.
     pub(crate) fn with_stat(&self, name: &str, value: Json) -> Self {
         let mut stats = self.stats.clone();
         stats.insert(name.to_owned(), value);
-        Self { drawing: Arc::clone(&self.drawing), stats, warnings: self.warnings.clone(), stages: self.stages.clone() }
+        Self { drawing: Arc::clone(&self.drawing), stats, warnings: self.warnings.clone(), outcome: self.outcome.clone() }
     }
 }
 
@@ -227,11 +234,8 @@ impl Drawing {
             let counts = counts(&drawing);
             Ok((drawing, changes, counts))
         })?;
-        let mut stats = self.stats.clone();
-        stats.extend(counts);
-        stats.insert("dots_enlarged".to_owned(), changes.enlarged.into());
-        stats.insert("dots_dropped".to_owned(), changes.dropped.into());
-        Ok(Self { drawing: Arc::new(drawing), stats, warnings: Vec::new(), stages: self.stages.clone() })
+        let changed = [("dots_enlarged", changes.enlarged), ("dots_dropped", changes.dropped)];
+        Ok(self.with_drawing(drawing, counts, changed))
     }
 
     /// What [`unpacked`] makes the drawing of again, without what its stages made: a JSON file, the stats and the warnings.
@@ -296,7 +300,7 @@ impl Drawing {
 
     /// The second graph; `None` for a drawing from a file.
     fn graph<'py>(&self, py: Python<'py>) -> PyResult<Option<GraphArrays<'py>>> {
-        let Some(stages) = &self.stages else { return Ok(None) };
+        let Some(stages) = &self.outcome else { return Ok(None) };
         let sites = stages.graph.sites.iter().map(|site| site.map(|v| v * stages.factor as f64)).collect();
         Ok(Some((
             arrays::from_pairs(py, sites)?,
@@ -309,7 +313,7 @@ impl Drawing {
 
     /// Importance on the canvas, (height, width); `None` for a drawing from a file.
     fn importance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        let Some(stages) = &self.stages else { return Ok(None) };
+        let Some(stages) = &self.outcome else { return Ok(None) };
         let (importance, factor) = (Arc::clone(&stages.importance), stages.factor);
         let (width, height) = (self.drawing.width, self.drawing.height);
         let field = watch::run_core(py, None, move |_| importance.on_canvas(width, height, factor))?;
@@ -359,7 +363,7 @@ impl Polygons {
 }
 
 /// What a drawing itself tells: its size and what is in it.
-fn counts(drawing: &CoreDrawing) -> Map<String, Json> {
+pub(crate) fn counts(drawing: &CoreDrawing) -> Map<String, Json> {
     let (anchors, coordinates) = drawing.count_written();
     let counts = [
         ("width", drawing.width),

@@ -12,6 +12,7 @@ mod options;
 mod photo;
 mod plot;
 mod recipe;
+mod rules;
 mod session;
 mod stages;
 mod values;
@@ -33,6 +34,8 @@ mod _core {
     use crate::plot::{Plot, machines, of_drawing, pen_settings};
     #[pymodule_export]
     use crate::recipe::{Recipe, flags};
+    #[pymodule_export]
+    use crate::rules::{Report, Rules, check, enforce, processes};
     #[pymodule_export]
     use crate::session::Session;
     #[pymodule_export]

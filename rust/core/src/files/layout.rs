@@ -373,6 +373,19 @@ impl Layout {
         Ok(min_dot.points() / self.place(width, height)?.scale)
     }
 
+    /// Millimetres to a pixel of a canvas of `width` x `height` pixels, for what can be said of a drawing on paper alone.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is neither a width nor a page, and as [`Layout::place`].
+    pub fn mm_per_pixel(&self, width: usize, height: usize) -> Result<f64> {
+        if self.width.is_none() && self.page.is_none() {
+            return Err(Error::Input(
+                "limits are lengths on paper, so the drawing needs a size: give a width or a page".to_owned(),
+            ));
+        }
+        Ok(self.place(width, height)?.scale * 25.4 / 72.0)
+    }
+
     /// Sizes and positions; `natural` is the size of a canvas pixel when neither width nor page is given.
     fn arrange(&self, canvas: [usize; 2], natural: f64, measure: &Measure<'_>) -> Result<Arrangement> {
         let [width, height] = canvas;
@@ -542,6 +555,14 @@ mod tests {
         let page = |width, height| layout("", "0", "A4").place(width, height).unwrap().page.map(|side| side * 25.4 / 72.0);
         assert!(close(page(101, 100), [297.0, 210.0]));
         assert!(close(page(100, 100), [210.0, 297.0]) && close(page(99, 100), [210.0, 297.0]));
+    }
+
+    #[test]
+    fn millimetres_to_a_pixel_need_a_size() {
+        let told = |layout: Layout| layout.mm_per_pixel(1000, 500);
+        assert!((told(layout("200mm", "10mm", "")).unwrap() - 0.2).abs() < 1e-12);
+        assert!((told(layout("", "10mm", "220x220mm")).unwrap() - 0.2).abs() < 1e-12);
+        assert!(told(Layout::default()).unwrap_err().to_string().ends_with("so the drawing needs a size: give a width or a page"));
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::rules::bridging::Bridged;
+
 /// What [`crate::stages::enforce`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Changes {
@@ -19,7 +21,11 @@ pub struct Changes {
     pub features: usize,
     /// White parts that were too thin.
     pub gaps: usize,
-    /// Straight bridges that join islands to the frame.
+    /// Islands that were too small for a bridge and are filled.
+    pub islands_filled: usize,
+    /// Islands that were joined to the frame.
+    pub islands_bridged: usize,
+    /// Bridges that join them.
     pub bridges: usize,
     /// Rounds of opening and closing.
     pub rounds: usize,
@@ -27,4 +33,13 @@ pub struct Changes {
     pub tone_before: f64,
     /// Mean tone now.
     pub tone: f64,
+}
+
+impl Changes {
+    /// Counts islands that were joined.
+    pub(super) fn joined(&mut self, told: &Bridged) {
+        self.islands_filled += told.dropped;
+        self.islands_bridged += told.bridged;
+        self.bridges += told.bridges.len();
+    }
 }

@@ -7,15 +7,17 @@
 //!
 //! Outside of the canvas is white sheet: white that touches the frame goes on there, and black ends.
 
-use kurbo::{BezPath, Point, Shape as _};
+use kurbo::{BezPath, Point};
 use rayon::prelude::*;
 
 use crate::base::{Checked, Control, Ink, Pool, Result};
-use crate::drawing::{Drawing, Ring};
+use crate::drawing::Drawing;
 use crate::offset::Polygon;
 use crate::outlines::Stipple;
+use crate::rules::boxes::Bounds;
+use crate::rules::islands::inside;
 use crate::rules::near::{Near, Pairs};
-use crate::rules::report::{ViolationKind, Report, Shape, Violation};
+use crate::rules::report::{Report, Shape, Violation, ViolationKind};
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::{Shapes, tolerance_for};
 use crate::rules::thin::{Thin, thin};
@@ -163,16 +165,18 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
         if !is_island && !is_small {
             return Vec::new();
         }
-        let path = outline_of(drawing, &region.exterior);
-        let [x, y] = inside(&shapes.ring(&region.exterior));
-        let bounds = path.bounding_box();
+        let path = drawing.ring_path(&region.exterior);
+        let rings: Vec<Vec<[f64; 2]>> =
+            std::iter::once(&region.exterior).chain(&region.holes).map(|ring| shapes.ring(ring)).collect();
+        let bounds = Bounds::of(&rings[0]);
+        let [x, y] = inside(&rings, bounds.0).unwrap_or(rings[0][0]);
         let violation = |kind, limit| Violation {
             kind,
             x,
             y,
             measured: area,
             limit,
-            length: bounds.width().max(bounds.height()) * scale,
+            length: bounds.longer_side(),
             shape: Shape::Region(path.clone()),
         };
         let mut found = Vec::new();
@@ -201,33 +205,6 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
         }));
     }
     violations
-}
-
-fn outline_of(drawing: &Drawing, ring: &Ring) -> BezPath {
-    drawing.ring_path(ring)
-}
-
-/// A place in a ring: in the middle of the widest run of a row through it, of some rows.
-pub(super) fn inside(ring: &[[f64; 2]]) -> [f64; 2] {
-    const ROWS: usize = 7;
-    let (top, bottom) = ring.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p[1]), b.max(p[1])));
-    let mut best = (0.0, ring[0]);
-    for row in 0..ROWS {
-        let y = top + (bottom - top) * (row as f64 + 0.5) / ROWS as f64;
-        let mut crossings: Vec<f64> = (0..ring.len())
-            .filter_map(|i| {
-                let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
-                ((a[1] > y) != (b[1] > y)).then(|| a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
-            })
-            .collect();
-        crossings.sort_by(f64::total_cmp);
-        for pair in crossings.chunks_exact(2) {
-            if pair[1] - pair[0] > best.0 {
-                best = (pair[1] - pair[0], [0.5 * (pair[0] + pair[1]), y]);
-            }
-        }
-    }
-    best.1
 }
 
 /// A polygon as a path.

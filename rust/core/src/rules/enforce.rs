@@ -4,21 +4,25 @@
 //! Regions first, without the dots. Those that are too small are filled by what is around them; then black is opened by a disc
 //! of the narrowest black, and closed by one of the narrowest white, again until nothing is lost and nothing gained. Opening one may
 //! make the other too narrow, back and forth; so after three rounds all that is still too narrow becomes wide instead, black or white,
-//! whichever the picture has lost, and as that only grows there is an end. Then islands get bridges, where they are to have them. Last
-//! the dots are placed in what the regions have become, where they make up for what was lost and gained (see [`super::dots`]).
+//! whichever the picture has lost, and as that only grows there is an end. Islands that are to have bridges get them before all this, in
+//! label space, where the drawing's graph is known; those that are there after it get straight ones. Last the dots are placed in what the regions have become, where they make up for what was lost and gained (see [`super::dots`]).
 //!
 //! Each round opens with a disc a hair smaller than the last one did, so that what an earlier one has left is not looked at again for
 //! what is rounded in between. The largest of these is a hair above the limit, the smallest still above what a check looks for.
 //! After the first, a round looks only near what has changed.
+
+use std::sync::Arc;
 
 use serde_json::json;
 
 use crate::base::{Checked, Control, Error, Ink, Pool, Result, circle_polygon, signed_area};
 use crate::drawing::{Drawing, Loose, put_together};
 use crate::offset::{Polygon, intersection, offset, subtracted, united};
+use crate::pipeline::Outcome;
 use crate::rules::areas::Nesting;
 use crate::rules::boxes::{Bounds, Boxes};
-use crate::rules::bridging::Bridging;
+use crate::rules::bridges::bridge;
+use crate::rules::bridging::{Bridged, Bridging};
 use crate::rules::changes::Changes;
 use crate::rules::check::{allowance, tolerance_of};
 use crate::rules::dots::{Change, Placing, black_of, changes_of};
@@ -56,7 +60,6 @@ const MOST_DOUBLINGS: usize = 16;
 const HALVINGS: usize = 4;
 
 /// What [`Provenance::rest`](crate::stages::Provenance::rest) has of rules.
-static T0: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
 const TOLD: &str = "rules";
 
 struct Work<'a> {
@@ -76,18 +79,26 @@ struct Work<'a> {
     changes: Changes,
 }
 
-/// The drawing as the rules allow it where it has `scale` mm to a pixel, and what was done to it.
+/// The drawing as the rules allow it where it has `scale` mm to a pixel, and what was done to it. With what drawing it left, islands get
+/// their bridges in label space; without, and where they come to be only by what else is done, straight ones.
 ///
 /// # Errors
 /// [`Error::Input`] if nothing would be left, [`Error::Cancelled`].
 ///
 /// # Runtime
 /// n log n in the number of points; a drawing of 400,000 vertices takes a few times as long as drawing it.
-pub fn enforce(drawing: &Drawing, rules: &Checked<Rules>, scale: f64, control: &Control) -> Result<(Drawing, Changes)> {
+pub fn enforce(
+    drawing: &Drawing,
+    outcome: Option<&Outcome>,
+    rules: &Checked<Rules>,
+    scale: f64,
+    control: &Control,
+) -> Result<(Drawing, Changes)> {
     Pool::new(None).run(|| {
-        let (made, changes) = enforced(drawing, rules, scale, control)?;
+        let given = Given { drawing, outcome, rules };
+        let (made, changes) = given.enforced(scale, control)?;
         if is_blank(&made) && !is_blank(drawing) {
-            return Err(Error::Input(nothing_left(drawing, rules, scale, control)?));
+            return Err(Error::Input(given.nothing_left(scale, control)?));
         }
         let told = json!({
             "min_feature": rules.min_feature,
@@ -107,26 +118,6 @@ fn is_blank(drawing: &Drawing) -> bool {
     drawing.curves.is_empty() && drawing.stipples.is_empty()
 }
 
-/// The sentence for rules that leave nothing.
-fn nothing_left(drawing: &Drawing, rules: &Rules, scale: f64, control: &Control) -> Result<String> {
-    let width = drawing.width as f64 * scale;
-    let leaves = |times: f64| Ok(!is_blank(&enforced(drawing, rules, scale * times, control)?.0));
-    let begin = format!("the rules leave nothing of a drawing {} mm wide", rounded_up(width));
-    let mut high = 2.0;
-    for _ in 0..MOST_DOUBLINGS {
-        if leaves(high)? {
-            let mut low = 0.5 * high;
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                if leaves(middle)? { high = middle } else { low = middle }
-            }
-            return Ok(format!("{begin}: it must be at least {} mm wide", rounded_up(high * width)));
-        }
-        high *= 2.0;
-    }
-    Ok(format!("{begin}, nor of one {} mm wide", rounded_up(0.5 * high * width)))
-}
-
 /// A width with three digits.
 fn rounded_up(width: f64) -> f64 {
     let unit = libm::exp10(libm::floor(libm::log10(width)) - 2.0);
@@ -134,33 +125,83 @@ fn rounded_up(width: f64) -> f64 {
     if unit >= 1.0 { (width / unit - 1e-9).ceil() * unit } else { (width / unit - 1e-9).ceil() / (1.0 / unit).round() }
 }
 
-fn enforced(drawing: &Drawing, rules: &Rules, scale: f64, control: &Control) -> Result<(Drawing, Changes)> {
-    let canvas = (drawing.width * drawing.height) as f64 * scale * scale;
-    let tone = |drawing: &Drawing| 1.0 - black_of(drawing, scale) / canvas;
-    let shapes = Shapes::new(drawing, scale, tolerance_of(rules));
-    let areas = shapes.black.clone();
-    let mut work = Work {
-        rules,
-        shapes: &shapes,
-        control,
-        origins: (0..areas.len()).map(Some).collect(),
-        areas,
-        changed: Vec::new(),
-        since: [Vec::new(), Vec::new()],
-        is_begun: [false; 2],
-        changes: Changes { tone_before: tone(drawing), ..Changes::default() },
-    };
-    if std::env::var("DBG").is_ok() { eprintln!("{:?} begun", T0.elapsed()); }
-    work.take_up_islands()?;
-    work.open_all(None)?;
-    if std::env::var("DBG").is_ok() { eprintln!("{:?} opened", T0.elapsed()); }
-    work.bridge()?;
-    if std::env::var("DBG").is_ok() { eprintln!("{:?} bridged", T0.elapsed()); }
-    let regions = work.assembled()?;
-    if std::env::var("DBG").is_ok() { eprintln!("{:?} assembled", T0.elapsed()); }
-    let made = work.with_dots(drawing, regions, canvas)?;
-    let changes = Changes { tone: tone(&made), ..work.changes };
-    Ok((made, changes))
+/// What is to keep rules.
+struct Given<'a> {
+    drawing: &'a Drawing,
+    /// What drawing it left.
+    outcome: Option<&'a Outcome>,
+    rules: &'a Rules,
+}
+
+impl Given<'_> {
+    /// The sentence for rules that leave nothing.
+    fn nothing_left(&self, scale: f64, control: &Control) -> Result<String> {
+        let width = self.drawing.width as f64 * scale;
+        let leaves = |times: f64| Ok(!is_blank(&self.enforced(scale * times, control)?.0));
+        let begin = format!("the rules leave nothing of a drawing {} mm wide", rounded_up(width));
+        let mut high = 2.0;
+        for _ in 0..MOST_DOUBLINGS {
+            if leaves(high)? {
+                let mut low = 0.5 * high;
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (low + high);
+                    if leaves(middle)? { high = middle } else { low = middle }
+                }
+                return Ok(format!("{begin}: it must be at least {} mm wide", rounded_up(high * width)));
+            }
+            high *= 2.0;
+        }
+        Ok(format!("{begin}, nor of one {} mm wide", rounded_up(0.5 * high * width)))
+    }
+
+    /// The drawing with its islands joined, and what that was, if it can be done in label space.
+    fn bridged(&self, scale: f64, control: &Control) -> Result<Option<(Arc<Drawing>, Bridged)>> {
+        let Some(outcome) = self.outcome.filter(|_| self.rules.islands == Islands::Bridge) else { return Ok(None) };
+        let min_area = self.rules.min_area.unwrap_or(0.0) / (scale * scale);
+        let bridging = Bridging { min_area, width: bridge_width(self.rules) / scale };
+        let (made, told) = bridge(outcome, &bridging, control)?;
+        Ok(Some((made.drawing, told)))
+    }
+
+    fn enforced(&self, scale: f64, control: &Control) -> Result<(Drawing, Changes)> {
+        let canvas = (self.drawing.width * self.drawing.height) as f64 * scale * scale;
+        let tone = |drawing: &Drawing| 1.0 - black_of(drawing, scale) / canvas;
+        let mut changes = Changes { tone_before: tone(self.drawing), ..Changes::default() };
+        let bridged = self.bridged(scale, control)?;
+        let drawing = match &bridged {
+            Some((drawing, told)) => {
+                changes.joined(told);
+                drawing
+            }
+            None => self.drawing,
+        };
+        let shapes = Shapes::new(drawing, scale, tolerance_of(self.rules));
+        let areas = shapes.black.clone();
+        let mut work = Work {
+            rules: self.rules,
+            shapes: &shapes,
+            control,
+            origins: (0..areas.len()).map(Some).collect(),
+            areas,
+            changed: Vec::new(),
+            since: [Vec::new(), Vec::new()],
+            is_begun: [false; 2],
+            changes,
+        };
+        work.take_up_islands()?;
+        work.open_all(None)?;
+        work.bridge()?;
+        let regions = work.assembled()?;
+        let made = work.with_dots(drawing, regions, canvas)?;
+        let changes = Changes { tone: tone(&made), ..work.changes };
+        Ok((made, changes))
+    }
+}
+
+/// How wide bridges are, in mm.
+fn bridge_width(rules: &Rules) -> f64 {
+    let limits = [rules.min_gap, rules.min_feature, rules.min_dot];
+    BRIDGE * limits.into_iter().flatten().next().unwrap_or(BRIDGE_WITHOUT_LIMIT)
 }
 
 impl Work<'_> {
@@ -262,7 +303,6 @@ impl Work<'_> {
         if thin.is_empty() {
             return Ok(false);
         }
-        if std::env::var("DBG").is_ok() { eprintln!("{:?} round {round} {ink:?} grows {grows:?}: {} thin of {:.4} mm2, {} areas, {} points, since {}", T0.elapsed(), thin.len(), crate::offset::area(&thin), self.areas.len(), self.areas.iter().flatten().map(Vec::len).sum::<usize>(), since.len()); }
         self.control.check()?;
         // Black that goes is missing, and so is black where white grows.
         let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
@@ -323,8 +363,7 @@ impl Work<'_> {
         if self.rules.islands != Islands::Bridge {
             return Ok(());
         }
-        let limits = [self.rules.min_gap, self.rules.min_feature, self.rules.min_dot];
-        let width = BRIDGE * limits.into_iter().flatten().next().unwrap_or(BRIDGE_WITHOUT_LIMIT);
+        let width = bridge_width(self.rules);
         for _ in 0..MOST_BRIDGINGS {
             if self.areas.iter().all(|area| area.len() == 1) {
                 return Ok(());
@@ -339,7 +378,7 @@ impl Work<'_> {
                 let around = vec![vec![[left, top], [right, top], [right, bottom], [left, bottom]]];
                 self.since.iter_mut().for_each(|since| since.push(around.clone()));
             }
-            self.changes.bridges += told.bridges.len();
+            self.changes.joined(&told);
             self.origins = vec![None; areas.len()];
             self.areas = areas;
             // Black that grew could close a bridge again.

@@ -83,11 +83,11 @@ fn island<'a>(exterior: &'a [[f64; 2]], holes: impl Iterator<Item = &'a [[f64; 2
 const LINES: [f64; 3] = [0.5, 0.31, 0.69];
 
 /// A point in the first of some rings and in none of the others: the middle of the widest white on one of a few level lines.
-fn inside(rings: &[&[[f64; 2]]], [_, top, _, bottom]: [f64; 4]) -> Option<[f64; 2]> {
+pub(super) fn inside(rings: &[impl AsRef<[[f64; 2]]>], [_, top, _, bottom]: [f64; 4]) -> Option<[f64; 2]> {
     let on_line = |part: f64| {
         let y = top + part * (bottom - top);
         let mut crossings: Vec<f64> = Vec::new();
-        for ring in rings {
+        for ring in rings.iter().map(AsRef::as_ref) {
             for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
                 if (a[1] <= y) != (b[1] <= y) {
                     crossings.push(a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1])));

@@ -29,6 +29,6 @@ pub use changes::Changes;
 pub use check::check;
 pub use enforce::enforce;
 pub use islands::{Island, islands, islands_between};
-pub use report::{Report, Violation, ViolationKind};
+pub use report::{Report, ReportFormat, Violation, ViolationKind};
 pub use rules::{Islands, PROCESSES, Process, ProcessRule, RULES, Rules};
 pub use straight::straight;

@@ -133,9 +133,8 @@ impl Grid {
     }
 
     fn cell(&self, p: [f64; 2]) -> [usize; 2] {
-        let along = |axis: usize, count: usize| {
-            (((p[axis] - self.origin[axis]) / self.side[axis]).max(0.0) as usize).min(count - 1)
-        };
+        let along =
+            |axis: usize, count: usize| (((p[axis] - self.origin[axis]) / self.side[axis]).max(0.0) as usize).min(count - 1);
         [along(0, self.columns), along(1, self.lines)]
     }
 

@@ -7,14 +7,39 @@ use kurbo::BezPath;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::base::Result;
+use crate::base::{Error, Result};
 use crate::drawing::{Drawing, VERSION};
 use crate::files::{Outline, Style};
 use crate::offset::Polygon;
-use crate::options::Inks;
+use crate::options::{Inks, words};
 use crate::rules::changes::Changes;
 use crate::rules::check::path_of;
 use crate::rules::rules::Rules;
+
+words! {
+    /// A file of a report.
+    ReportFormat {
+        /// For machines: [`Report::to_json`].
+        Json = "json",
+        /// For people: [`Report::to_svg`].
+        Svg = "svg",
+    }
+}
+
+impl ReportFormat {
+    /// The suffixes of its files, as they are told.
+    pub const SUFFIXES: &str = ".json or .svg";
+
+    /// The format of a file's suffix, in upper or lower case.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with the suffixes that there are.
+    pub fn of_suffix(suffix: &str) -> Result<Self> {
+        let all = [Self::Json, Self::Svg];
+        let found = all.into_iter().find(|format| format.name().eq_ignore_ascii_case(suffix));
+        found.ok_or_else(|| Error::option("suffix", suffix, Self::SUFFIXES))
+    }
+}
 
 /// What is wrong at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -141,6 +166,18 @@ impl Report {
         ViolationKind::ALL.iter().map(|kind| (kind.name().to_owned(), self.count(*kind).into())).collect()
     }
 
+    /// The bytes of its file.
+    ///
+    /// # Errors
+    /// As [`Report::to_svg`].
+    pub fn write(&self, format: ReportFormat, drawing: &Drawing) -> Result<Vec<u8>> {
+        let text = match format {
+            ReportFormat::Json => self.to_json(),
+            ReportFormat::Svg => self.to_svg(drawing)?,
+        };
+        Ok(text.into_bytes())
+    }
+
     /// The report as a JSON document: `width` and `height` in mm, `rules`, `counts` by kind, `changes`, and `violations`, each with
     /// `kind`, `x` and `y` in mm from the drawing's top left, `measured` and `limit` in mm or mm^2, and `length` in mm.
     pub fn to_json(&self) -> String {
@@ -177,7 +214,7 @@ impl Report {
     pub fn to_svg(&self, drawing: &Drawing) -> Result<String> {
         let [width, height] = [drawing.width, drawing.height].map(|side| side as f64 * self.scale);
         if (width - self.width).abs() + (height - self.height).abs() > 1e-6 {
-            return Err(crate::Error::Input("the report is not about a drawing of this size".to_owned()));
+            return Err(Error::Input("the report is not about a drawing of this size".to_owned()));
         }
         // Text and marks are readable however large the sheet is.
         let em = (0.5 * (width + height) / 50.0).max(0.1);
@@ -206,7 +243,11 @@ impl Report {
                         let holes = area.holes.iter().map(|hole| match hole {
                             Outline::Path(path) => path.to_svg(),
                             Outline::Circle { x, y, radius } => {
-                                format!("M{} {y}a{radius} {radius} 0 1 0 {d} 0a{radius} {radius} 0 1 0 -{d} 0Z", x - radius, d = 2.0 * radius)
+                                format!(
+                                    "M{} {y}a{radius} {radius} 0 1 0 {d} 0a{radius} {radius} 0 1 0 -{d} 0Z",
+                                    x - radius,
+                                    d = 2.0 * radius
+                                )
                             }
                         });
                         let holes: String = holes.collect();
@@ -284,11 +325,17 @@ impl Report {
         let _ = write!(svg, "<g><title>{}: {sentence}: {width} {unit}{least}, at {place}</title>", kind.name());
         let _ = match &violation.shape {
             Shape::Area(area) => {
-                let rounded: Polygon = area.iter().map(|ring| ring.iter().map(|p| p.map(|v| (v * 1e3).round() / 1e3)).collect()).collect();
+                let rounded: Polygon =
+                    area.iter().map(|ring| ring.iter().map(|p| p.map(|v| (v * 1e3).round() / 1e3)).collect()).collect();
                 write!(svg, "<path stroke=\"none\" d=\"{}\"/>", path_of(&rounded).to_svg())
             }
             Shape::Region(path) => {
-                write!(svg, "<path stroke=\"none\" fill-opacity=\"0.6\" transform=\"scale({})\" d=\"{}\"/>", self.scale, path.to_svg())
+                write!(
+                    svg,
+                    "<path stroke=\"none\" fill-opacity=\"0.6\" transform=\"scale({})\" d=\"{}\"/>",
+                    self.scale,
+                    path.to_svg()
+                )
             }
             Shape::Circle(radius) => {
                 write!(svg, "<circle stroke=\"none\" cx=\"{}\" cy=\"{}\" r=\"{}\"/>", number(*x), number(*y), number(*radius))

@@ -55,7 +55,8 @@ const AREAS: std::ops::RangeInclusive<f64> = 1e-4..=1e6;
 
 /// What is read as a limit of length, and of area.
 const LENGTH_ALLOWED: &str = "a length from 0.01mm to 1000mm with mm, cm, in, pt or px (px when there is no unit), such as 0.4mm";
-const AREA_ALLOWED: &str = "an area from 0.0001mm2 to 1000000mm2 with mm2, cm2, in2, pt2 or px2 (px2 when there is no unit), such as 2mm2";
+const AREA_ALLOWED: &str =
+    "an area from 0.0001mm2 to 1000000mm2 with mm2, cm2, in2, pt2 or px2 (px2 when there is no unit), such as 2mm2";
 
 /// A rule as it is declared.
 #[derive(Debug, Clone, Copy)]
@@ -117,6 +118,13 @@ pub const RULES: &[ProcessRule] = &[
         value: |rules| rules.islands.value(),
     },
 ];
+
+impl ProcessRule {
+    /// The unit of its numbers.
+    pub fn unit(&self) -> &'static str {
+        if self.value_name == "AREA" { "mm2" } else { "mm" }
+    }
+}
 
 fn number(limit: Option<f64>) -> Value {
     limit.map_or(Value::Absent, Value::Number)
@@ -324,9 +332,14 @@ mod tests {
     #[test]
     fn areas_are_read_in_every_unit() {
         let read = |text: &str| area(&word(text)).flatten();
-        for (text, mm2) in
-            [("2mm2", 2.0), ("2 mm^2", 2.0), ("0.02cm\u{b2}", 2.0), ("0.01in2", 6.4516), ("100", 7.000_434_028), ("100px2", 7.000_434_028)]
-        {
+        for (text, mm2) in [
+            ("2mm2", 2.0),
+            ("2 mm^2", 2.0),
+            ("0.02cm\u{b2}", 2.0),
+            ("0.01in2", 6.4516),
+            ("100", 7.000_434_028),
+            ("100px2", 7.000_434_028),
+        ] {
             assert_eq!(read(text), Some(mm2), "{text}");
         }
         for text in ["", "2mm", "mm2", "-2mm2", "nanmm2", "0mm2", "2", "2parsec2", "1e9mm2"] {
@@ -338,7 +351,9 @@ mod tests {
     #[test]
     fn what_is_wrong_is_told_by_its_name() {
         let message = |name: &str, value: &Value| Rules::default().set(name, value).unwrap_err().to_string();
-        for wrong in [word("0mm"), word("-1mm"), word("nan"), Value::Number(f64::NAN), Value::Number(-1.0), word("2km"), word("1100mm")] {
+        for wrong in
+            [word("0mm"), word("-1mm"), word("nan"), Value::Number(f64::NAN), Value::Number(-1.0), word("2km"), word("1100mm")]
+        {
             assert_eq!(message("min_gap", &wrong), format!("min_gap is {wrong}, but it must be {LENGTH_ALLOWED}"));
         }
         assert!(message("min_area", &word("2mm")).starts_with("min_area is \"2mm\", but it must be an area"));

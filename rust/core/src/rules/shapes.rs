@@ -8,18 +8,19 @@
 //!
 //! What this module does not do: dots. They are no areas here, and a drawing that is made here has none.
 
-use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez, Shape as _};
+use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
 use rayon::prelude::*;
 
 use crate::base::{
-    Frame, Ink, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed,
-    signed_area, snap,
+    Frame, Ink, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed, signed_area, snap,
 };
 use crate::drawing::{Drawing, Loose, Ring, RingPart};
 use crate::offset::Polygon;
 
-/// How far areas may lie from the curves, in mm, where the narrowest limit is this much: a two-hundredth of it. Less is more points.
-const OF_LIMIT: f64 = 1.0 / 200.0;
+/// How far areas may lie from the curves where this is the narrowest limit: so much of it, and never more than so many mm, since what a
+/// check allows is no more than a few times that (see [`super::check`]). Less is more points.
+const OF_LIMIT: f64 = 0.0075;
+const FARTHEST: f64 = 0.004;
 
 /// The grid of new points is no coarser than this share of the tolerance.
 const OF_TOLERANCE: f64 = 0.5;
@@ -33,7 +34,7 @@ const MOVED: f64 = 4.0;
 
 /// How exactly areas follow curves where this is the narrowest limit, in mm.
 pub(super) fn tolerance_for(limit: f64) -> f64 {
-    limit * OF_LIMIT
+    (limit * OF_LIMIT).min(FARTHEST)
 }
 
 /// The black regions of a drawing without its dots.
@@ -251,7 +252,9 @@ impl<'a> Outlines<'a> {
         let is_old = |placed: &Placed| placed.origin.is_some() || self.sides(placed.point) != 0;
         // Old points stay; where there is none, the outermost two do.
         let first = (0..n).find(|i| is_old(&ring[*i])).unwrap_or_else(|| {
-            (0..n).min_by(|a, b| ring[*a].point.x.total_cmp(&ring[*b].point.x).then(ring[*a].point.y.total_cmp(&ring[*b].point.y))).unwrap_or(0)
+            (0..n)
+                .min_by(|a, b| ring[*a].point.x.total_cmp(&ring[*b].point.x).then(ring[*a].point.y.total_cmp(&ring[*b].point.y)))
+                .unwrap_or(0)
         });
         ring.rotate_left(first);
         let mut stays: Vec<bool> = ring.iter().map(is_old).collect();

@@ -8,9 +8,9 @@
 use rayon::prelude::*;
 
 use crate::base::{Ink, Result, distance_to_segment};
-use crate::offset::{Polygon, offset, subtracted};
+use crate::offset::{Polygon, area, intersection, offset, subtracted, united};
 use crate::rules::boxes::{Bounds, Boxes};
-use crate::rules::fits::Suspects;
+use crate::rules::fits::{Strip, Suspects};
 use crate::rules::near::nearest_on;
 use kurbo::{Point, Vec2};
 
@@ -20,6 +20,10 @@ const SLACK: f64 = 4.0;
 
 /// Parts that are no longer than so many tolerances are none: where a disc does not fit into a neck, however short, it does not for some way.
 const DUST: f64 = 6.0;
+
+/// Short parts that are no wider than so many tolerances are none either: outlines nearly lie on each other there. Where a disc does not
+/// fit, that is nearly as wide as the disc on its way.
+const SLIVER: f64 = 2.0;
 
 /// Areas that are opened by a disc of this diameter, or closed, and what they have lost or gained by that.
 pub(super) struct Opened {
@@ -47,11 +51,24 @@ impl Opened {
         if suspects.is_empty() {
             return Ok(Self { areas: Vec::new(), thin: Vec::new() });
         }
-        let black = suspects.cut_out(black, size)?;
-        let sign = if ink == Ink::Black { -1.0 } else { 1.0 };
-        let moved = offset(&black, sign * 0.5 * diameter, tolerance)?;
-        let areas = offset(&moved, -sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
-        let mut thin = if ink == Ink::Black { subtracted(&black, &areas)? } else { subtracted(&areas, &black)? };
+        let strips = suspects.cut_out(black, size)?;
+        let of_strip = |Strip { areas: black, band }: &Strip| -> Result<Self> {
+            let sign = if ink == Ink::Black { -1.0 } else { 1.0 };
+            let moved = offset(black, sign * 0.5 * diameter, tolerance)?;
+            let areas = offset(&moved, -sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
+            let thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
+            let Some([top, bottom]) = *band else { return Ok(Self { areas, thin }) };
+            let band = Bounds([-diameter, top, size[0] + diameter, bottom]).area();
+            Ok(Self { areas, thin: intersection(&thin, &[band])? })
+        };
+        let mut opened = strips.par_iter().map(of_strip).collect::<Result<Vec<_>>>()?;
+        let Self { areas, mut thin } = if opened.len() == 1 {
+            opened.swap_remove(0)
+        } else {
+            // What lies in two of them comes together again.
+            let thin: Vec<Polygon> = opened.iter_mut().flat_map(|strip| std::mem::take(&mut strip.thin)).collect();
+            Self { areas: opened.into_iter().flat_map(|strip| strip.areas).collect(), thin: united(&thin)? }
+        };
         // Where outlines nearly lie on each other there is dust.
         thin.retain(|part| Bounds::of(&part[0]).longer_side() > DUST * tolerance && suspects.holds(part));
         Ok(Self { areas, thin })
@@ -66,21 +83,9 @@ pub(super) fn with_rim(thin: &[Polygon], tolerance: f64) -> Result<Vec<Polygon>>
     offset(thin, 0.5 * SLACK * tolerance, tolerance)
 }
 
-/// What a thin part is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// It joins parts that are wide enough.
-    Neck,
-    /// It sticks out of one.
-    Tip,
-    /// There is nothing that is wide enough.
-    Whole,
-}
-
 /// A part that is thinner than a limit.
 #[derive(Debug, Clone)]
 pub(super) struct Thin {
-    pub(super) kind: Kind,
     /// A neck where it is narrowest, a whole area where it is widest, and the mean of a tip; mm.
     pub(super) width: f64,
     /// How far a tip sticks out, else the longer side of its bounds; mm.
@@ -99,7 +104,12 @@ pub(super) fn thin(black: &[Polygon], size: [f64; 2], ink: Ink, diameter: f64, t
     let opened = Opened::of(black, size, ink, diameter, tolerance, None)?;
     let arcs = Points::of(&opened.areas);
     let own = Points::of(black);
-    Ok(opened.thin.into_par_iter().filter_map(|part| measured(part, &own, &arcs, diameter)).collect())
+    let is_none = |part: &Polygon| {
+        let length = Bounds::of(&part[0]).longer_side();
+        length < 0.5 * diameter && area(std::slice::from_ref(part)) < SLIVER * tolerance * length
+    };
+    let parts = opened.thin.into_par_iter().filter(|part| !is_none(part));
+    Ok(parts.filter_map(|part| measured(part, &own, &arcs, diameter)).collect())
 }
 
 /// Points that can be asked for, sorted.
@@ -181,10 +191,10 @@ fn measured(part: Polygon, own: &Points, arcs: &Points, diameter: f64) -> Option
         }
     }
     let extent = Bounds::of(&part[0]).longer_side();
-    let (kind, width, length, place) = match contacts {
+    let (width, length, place) = match contacts {
         0 => {
             let (width, place) = widest(&part, diameter);
-            (Kind::Whole, width, extent, place)
+            (width, extent, place)
         }
         1 => {
             let (out, tip) = sticks_out(&edges)?;
@@ -193,14 +203,14 @@ fn measured(part: Polygon, own: &Points, arcs: &Points, diameter: f64) -> Option
                 return None;
             }
             let area: f64 = part.iter().map(|ring| crate::base::signed_area(ring)).sum();
-            (Kind::Tip, (area.abs() / out).min(diameter), out, tip)
+            ((area.abs() / out).min(diameter), out, tip)
         }
         _ => {
             let (width, place) = narrowest(&edges)?;
-            (Kind::Neck, width.min(diameter), extent, place)
+            (width.min(diameter), extent, place)
         }
     };
-    Some(Thin { kind, width, length, place: [place.x, place.y], outline: part })
+    Some(Thin { width, length, place: [place.x, place.y], outline: part })
 }
 
 /// Points that are looked at along the outline of a part: of longer ones so many, evenly.
@@ -305,7 +315,6 @@ mod tests {
         for width in [0.1, 0.25, 0.39] {
             let found = thin(&[dumbbell(width)], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
             assert_eq!(found.len(), 1, "{width}");
-            assert_eq!(found[0].kind, Kind::Neck);
             assert!((found[0].width - width).abs() < 0.005, "{} for {width}", found[0].width);
             assert!((found[0].place[1] - 2.0).abs() < 0.01 && (4.0..8.0).contains(&found[0].place[0]));
         }
@@ -314,10 +323,12 @@ mod tests {
 
     #[test]
     fn a_gap_is_as_wide_as_it_is_white() {
-        let areas = [polygon(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]), polygon(&[[4.3, 0.0], [9.0, 0.0], [9.0, 4.0], [4.3, 4.0]])];
+        let areas = [
+            polygon(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]),
+            polygon(&[[4.3, 0.0], [9.0, 0.0], [9.0, 4.0], [4.3, 4.0]]),
+        ];
         let found = thin(&areas, SIZE, Ink::White, 0.4, TOLERANCE).unwrap();
         assert_eq!(found.len(), 1);
-        assert_eq!(found[0].kind, Kind::Neck);
         assert!((found[0].width - 0.3).abs() < 0.005, "{}", found[0].width);
         assert!(thin(&areas, SIZE, Ink::White, 0.29, TOLERANCE).unwrap().is_empty());
     }
@@ -329,14 +340,14 @@ mod tests {
             (polygon(&crate::base::circle_polygon([3.0, 3.0], 0.15, 0.001)), 0.3),
         ] {
             let found = thin(&[points], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
-            assert_eq!((found.len(), found[0].kind), (1, Kind::Whole));
+            assert_eq!(found.len(), 1);
             assert!((found[0].width - width).abs() < 0.02, "{} for {width}", found[0].width);
         }
         // A ring: all of it is outline, too.
         let mut ring = polygon(&crate::base::circle_polygon([3.0, 3.0], 2.0, 0.001));
         ring.push(crate::base::circle_polygon([3.0, 3.0], 1.75, 0.001).into_iter().rev().collect());
         let found = thin(&[ring], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
-        assert_eq!((found.len(), found[0].kind), (1, Kind::Whole));
+        assert_eq!(found.len(), 1);
         assert!((found[0].width - 0.25).abs() < 0.02, "{}", found[0].width);
     }
 
@@ -345,11 +356,19 @@ mod tests {
         for (height, counts) in [(4.0, true), (1.3, true), (1.0, false), (0.5, false)] {
             // A triangle on a broad base: the angle at its tip is twice atan(1 / height) of the half base.
             let half = 0.6;
-            let tip = [polygon(&[[0.0, 0.0], [10.0, 0.0], [10.0, -4.0], [5.0 + half, -4.0], [5.0, -4.0 - height], [5.0 - half, -4.0], [0.0, -4.0]])];
+            let tip = [polygon(&[
+                [0.0, 0.0],
+                [10.0, 0.0],
+                [10.0, -4.0],
+                [5.0 + half, -4.0],
+                [5.0, -4.0 - height],
+                [5.0 - half, -4.0],
+                [0.0, -4.0],
+            ])];
             let tip: Vec<Polygon> = tip.iter().map(|area| vec![area[0].iter().rev().copied().collect()]).collect();
             let found = thin(&tip, SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
             assert_eq!(found.len(), usize::from(counts), "{height}");
-            assert!(found.iter().all(|thin| thin.kind == Kind::Tip && (thin.place[1] + 4.0 + height).abs() < 1e-3));
+            assert!(found.iter().all(|thin| (thin.place[1] + 4.0 + height).abs() < 1e-3));
         }
     }
 }
