@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use graphstipple_cli::files::{self, format_of_path};
 use graphstipple_cli::writing::Target;
-use graphstipple_core::stages::{Components, Graph, Ink, Labels, Source, TonedCells, Writer, draw_owned, named_length, raster};
-use graphstipple_core::{Drawing as CoreDrawing, Error, Field, Format, Outcome};
+use graphstipple_core::stages::{Ink, Source, Writer, draw_owned, named_length, raster};
+use graphstipple_core::{Drawing as CoreDrawing, Error, Format, Outcome};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

@@ -4,25 +4,32 @@
 //! # The idea
 //! Dots that keep the rules stay as they are. All others, and all that has changed otherwise, come in the order of a Hilbert curve, and
 //! what they were worth is added to a sum: black that is missing so far, or, below 0, white. Where a dot that is too small was and the
-//! sum is worth half of the least dot, one is drawn, if it has room there, and its area is taken off. So tones are kept as error diffusion keeps
-//! them: where small dots were dense, every so many-th is a large one.
+//! sum is worth half of a dot of the usual size there (see [`super::usual`]), one is drawn, if it has room, and its area is taken off. So
+//! tones are kept as error diffusion keeps them: where small dots were dense, every so many-th is a large one.
 
 use kurbo::Point;
+use rayon::prelude::*;
 
 use crate::base::{Control, Ink, POLYGON_REACH, Result};
 use crate::drawing::Drawing;
 use crate::outlines::Stipple;
 use crate::rules::check::allowance;
-use crate::rules::near::{Discs, Near, along_curve};
+use crate::rules::near::{Discs, Near, Pairs, along_curve};
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::Shapes;
+use crate::rules::usual::Usual;
 
-/// A dot that stands for several has at most so many times the area of the least one: larger ones would be seen as such, smaller
-/// ones could not be as dark where dots need room between them.
-const LARGEST: f64 = 4.0;
+/// A dot that stands for several has at most so many times the area of what dots usually have there: larger ones would be seen as such.
+const LARGER: f64 = 1.4;
 
-/// What is missing is forgotten beyond so many least dots: it would be drawn far from where it was.
-const MOST_MISSING: f64 = 16.0;
+/// And at least so many times: smaller ones would take the room of those that are as dark as is wanted.
+const SMALLER: f64 = 0.6;
+
+/// What is missing is forgotten beyond so many dots: it would be drawn far from where it was.
+const MOST_MISSING: f64 = 8.0;
+
+/// A dot that is smaller than this share of the diameter that is usual there does not stay if it stands too close to another one.
+const KEPT: f64 = 0.9;
 
 /// How far a dot may stand from where one was, in its radii, to have room.
 const ASIDE: f64 = 0.8;
@@ -59,6 +66,8 @@ pub(super) struct Placing<'a> {
     /// What happens, in the order of a curve.
     events: Vec<Event>,
     near: Near,
+    /// What dots of each ink usually have as diameter, in mm.
+    usual: [Usual; 2],
     size: [f64; 2],
     /// What may be less than a limit without breaking it, in mm.
     allowance: f64,
@@ -94,7 +103,15 @@ impl<'a> Placing<'a> {
         let limits = [rules.min_feature, rules.min_gap, rules.min_dot];
         let finest = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
         let allowance = if finest.is_finite() { 0.5 * allowance(finest) } else { 0.0 };
-        Self { shapes, old, rules, events, near: Near::of(&shapes.black, size), size, allowance }
+        let near = Near::of(&shapes.black, size);
+        let usual = [Ink::Black, Ink::White].map(|ink| {
+            let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
+            let area = |dot: &Stipple| std::f64::consts::PI * (dot.radius * scale).powi(2);
+            let dots = old.iter().filter(|dot| dot.ink == ink).map(|dot| (at(dot), area(dot)));
+            let changed = changes.iter().map(|change| (change.place, sign * change.missing));
+            Usual::of(dots.chain(changed), [rules.least_dot(ink), rules.narrowest(ink.other())], size, |p| near.ink(p) != ink)
+        });
+        Self { shapes, old, rules, events, near, usual, size, allowance }
     }
 
     /// The dots. Those that are made anew are worth so much more or less than they were that the whole canvas of an area in mm^2 has
@@ -133,20 +150,51 @@ impl<'a> Placing<'a> {
         let discs = Discs::new(self.size, self.old.len());
         let mut placed = Placed { discs, dots: Vec::new(), counts: DotCounts::default() };
         let mut stays = vec![None; self.old.len()];
+        let is_crowded = self.are_crowded();
         for (count, event) in self.events.iter().enumerate() {
             if count.is_multiple_of(1 << 12) {
                 control.check()?;
             }
             if let Event::Dot(index) = *event {
-                stays[index] = self.as_it_is(&self.old[index], &mut placed);
+                stays[index] = self.as_it_is(&self.old[index], is_crowded[index], &mut placed);
             }
         }
         Ok((placed, stays))
     }
 
+    /// Which dots are too close to another one and smaller than what is usual there: of those every so many-th as it is would be too
+    /// light.
+    fn are_crowded(&self) -> Vec<bool> {
+        let scale = self.shapes.scale;
+        let mut are_crowded = vec![false; self.old.len()];
+        for ink in [Ink::Black, Ink::White] {
+            let reach = self.rules.narrowest(ink.other()) - self.allowance;
+            let least = 0.5 * (self.rules.least_dot(ink) - self.allowance);
+            let of_ink = (0..self.old.len()).filter(|index| {
+                let dot = &self.old[*index];
+                dot.ink == ink && dot.radius * scale >= least
+            });
+            let numbers: Vec<usize> = of_ink.collect();
+            let disc = |index: &usize| {
+                let dot = &self.old[*index];
+                ([dot.x * scale, dot.y * scale], dot.radius * scale)
+            };
+            let discs: Vec<([f64; 2], f64)> = numbers.iter().map(disc).collect();
+            let pairs = Pairs::of(&discs, self.size);
+            let crowded: Vec<usize> = (0..discs.len())
+                .into_par_iter()
+                .filter(|k| {
+                    let (centre, radius) = discs[*k];
+                    2.0 * radius < KEPT * self.usual[ink as usize].diameter(centre) && !pairs.neighbours(*k, reach).is_empty()
+                })
+                .collect();
+            crowded.into_iter().for_each(|k| are_crowded[numbers[k]] = true);
+        }
+        are_crowded
+    }
+
     /// All others, with black worth so much more than it is.
     fn trial(&self, mut placed: Placed, stays: &[Option<f64>], more: f64, control: &Control) -> Result<Placed> {
-        let most = MOST_MISSING * self.least_area(Ink::Black).max(self.least_area(Ink::White));
         let area = |radius: f64| std::f64::consts::PI * (radius * self.shapes.scale).powi(2);
         let mut missing = 0.0;
         for (count, event) in self.events.iter().enumerate() {
@@ -163,6 +211,10 @@ impl<'a> Placing<'a> {
                         continue;
                     }
                     missing += sign * area(dot.radius) * (1.0 + sign * more);
+                    let most = MOST_MISSING * self.usual_area(dot);
+                    if most > 0.0 {
+                        missing = missing.clamp(-most, most);
+                    }
                     if let Some(drawn) = self.in_place_of(dot, sign * missing, &mut placed) {
                         missing -= sign * area(drawn.radius);
                         placed.counts.enlarged += 1;
@@ -171,9 +223,6 @@ impl<'a> Placing<'a> {
                     }
                 }
             }
-            if most > 0.0 {
-                missing = missing.clamp(-most, most);
-            }
         }
         Ok(placed)
     }
@@ -181,6 +230,12 @@ impl<'a> Placing<'a> {
     /// The area of the least dot of an ink, in mm^2.
     fn least_area(&self, ink: Ink) -> f64 {
         std::f64::consts::PI * (0.5 * self.rules.least_dot(ink)).powi(2)
+    }
+
+    /// The area that dots of its ink usually have where one is, in mm^2.
+    fn usual_area(&self, dot: &Stipple) -> f64 {
+        let diameter = self.usual[dot.ink as usize].diameter([dot.x, dot.y].map(|v| v * self.shapes.scale));
+        0.25 * std::f64::consts::PI * diameter * diameter
     }
 
     /// Whether dots of an ink may be: a white one is an island.
@@ -213,11 +268,11 @@ impl<'a> Placing<'a> {
     }
 
     /// Places a dot that is large enough, as it is or smaller; its radius in pixels.
-    fn as_it_is(&self, dot: &Stipple, placed: &mut Placed) -> Option<f64> {
+    fn as_it_is(&self, dot: &Stipple, is_crowded: bool, placed: &mut Placed) -> Option<f64> {
         let scale = self.shapes.scale;
         let (p, radius) = ([dot.x * scale, dot.y * scale], dot.radius * scale);
         let least = 0.5 * (self.rules.least_dot(dot.ink) - self.allowance);
-        if radius < least || !self.may_be(dot.ink) || self.near.ink(p) == dot.ink {
+        if radius < least || is_crowded || !self.may_be(dot.ink) || self.near.ink(p) == dot.ink {
             return None;
         }
         let room = self.room(p, dot.ink, radius + self.allowance, &placed.discs);
@@ -245,13 +300,16 @@ impl<'a> Placing<'a> {
     fn in_place_of(&self, dot: &Stipple, missing: f64, placed: &mut Placed) -> Option<Stipple> {
         let (scale, ink, units) = (self.shapes.scale, dot.ink, self.shapes.drawing.units);
         let least_area = self.least_area(ink);
-        if least_area == 0.0 || !self.may_be(ink) || missing < 0.5 * least_area {
+        let usual_area = self.usual_area(dot);
+        if least_area == 0.0 || !self.may_be(ink) || missing < 0.5 * usual_area {
             return None;
         }
         let centre = [dot.x * scale, dot.y * scale];
         // Rounded down to the grid it must still be large enough.
         let least = 0.5 * self.rules.least_dot(ink) + 0.02 / units * scale;
-        let wanted = (missing.clamp(least_area, LARGEST * least_area) / std::f64::consts::PI).sqrt().max(least);
+        let radius_of = |area: f64| (area / std::f64::consts::PI).sqrt();
+        let least = least.max(radius_of(SMALLER * usual_area));
+        let wanted = radius_of(missing.min(LARGER * usual_area)).max(least);
         for p in std::iter::once(centre).chain(aside(centre, ASIDE * least)) {
             let is_on_canvas = p[0] > 0.0 && p[1] > 0.0 && p[0] < self.size[0] && p[1] < self.size[1];
             if !is_on_canvas {
@@ -313,7 +371,6 @@ pub(super) fn changes_of(areas: &[crate::offset::Polygon], sign: f64, part: f64)
 /// Black in mm^2 on a drawing: regions with what is in them, and dots.
 pub(super) fn black_of(drawing: &Drawing, scale: f64) -> f64 {
     use kurbo::Shape as _;
-    use rayon::prelude::*;
     let of_region = |index: usize| -> f64 {
         let region = &drawing.regions[index];
         let rings = std::iter::once(&region.exterior).chain(&region.holes);

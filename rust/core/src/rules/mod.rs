@@ -21,6 +21,7 @@ mod shapes;
 mod steiner;
 mod straight;
 mod thin;
+mod usual;
 mod ways;
 
 pub use bridges::bridge;
