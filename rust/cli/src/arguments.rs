@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use clap::ArgMatches;
 use graphstipple_core::stages::{
-    Checked, DECLARATIONS, Group, Inks, KINDS, Length, Limits, MAX_PIXELS, PUBLISHED, Preset, Reading, Rule, SETTINGS, Source,
-    Style, Value, Writer, named_length, preset, seconds, whole,
+    Checked, DECLARATIONS, Group, Inks, KINDS, Length, Limits, MAX_PIXELS, PUBLISHED, Preset, Reading, ReportFormat, Rule,
+    SETTINGS, Source, Style, Value, Writer, named_length, preset, seconds, whole,
 };
 use graphstipple_core::{Export, Format, Options};
 
@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::files::format_of_path;
 use crate::messages::{in_flags, usage};
 use crate::plotter::Plotter;
+use crate::rules::Keeper;
 use crate::writing::is_same_file;
 
 /// Everything that a run needs, checked as far as it can be without reading a file.
@@ -41,6 +42,8 @@ pub(crate) struct Job {
     pub(crate) min_dot: Option<Length>,
     /// How large the drawing may be.
     pub(crate) limits: Limits,
+    /// The rules that it is to keep.
+    pub(crate) keeper: Option<Keeper>,
     /// What plots it, if a pen does.
     pub(crate) plotter: Option<Plotter>,
     /// Whether counts and times are printed.
@@ -97,6 +100,7 @@ impl Job {
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         formats.iter().try_for_each(|format| check_units(matches, *format))?;
+        let keeper = Keeper::of(matches, preset.as_ref(), min_dot)?;
         let plotter = Plotter::of(matches, output.as_deref(), preset.as_ref())?;
         let limits = limits(matches).map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
@@ -119,6 +123,7 @@ impl Job {
             reading,
             min_dot,
             limits,
+            keeper,
             plotter,
             stats,
             quiet,
@@ -126,9 +131,15 @@ impl Job {
         })
     }
 
+    /// The file of the report.
+    pub(crate) fn report(&self) -> Option<&(PathBuf, ReportFormat)> {
+        self.keeper.as_ref()?.report.as_ref()
+    }
+
     /// The files that it writes.
     pub(crate) fn paths_to_write(&self) -> impl Iterator<Item = &Path> {
-        self.output.as_deref().into_iter().chain(self.preview.iter().map(|preview| preview.0.as_path()))
+        let report = self.report().map(|(path, _)| path.as_path());
+        self.output.as_deref().into_iter().chain(self.preview.iter().map(|preview| preview.0.as_path())).chain(report)
     }
 
     /// Checks that no file is written twice, or over what the drawing is made from.
@@ -139,6 +150,12 @@ impl Job {
             }
             if self.output.as_ref().is_some_and(|output| is_same_file(preview, output)) {
                 return Err(Error::Usage(format!("{}: the preview must be another file than the output", preview.display())));
+            }
+        }
+        if let Some((report, _)) = self.report() {
+            let others = self.output.iter().chain(self.preview.iter().map(|preview| &preview.0));
+            if others.into_iter().any(|other| is_same_file(report, other)) {
+                return Err(Error::Usage(format!("{}: the report must be another file than the drawing", report.display())));
             }
         }
         let mut sources: Vec<&Path> = self.photo.as_deref().into_iter().collect();
@@ -181,13 +198,14 @@ fn check_units(matches: &ArgMatches, format: Format) -> Result<()> {
     if format.has_pixels() || !format.settings.contains(&"width") {
         return Ok(());
     }
-    for name in ["width", "margin", "page", "min_dot", "pen", "pen_bleed"] {
+    for name in ["width", "margin", "page", "min_dot", "min_feature", "min_gap", "min_area", "pen", "pen_bleed"] {
         let Some(text) = matches.get_one::<String>(name).map(|text| text.trim()) else { continue };
         let is_bare = text.split(['x', 'X']).all(|side| side.trim().parse().is_ok_and(|number: f64| number != 0.0));
         if is_bare {
             let flag = name.replace('_', "-");
+            let square = if name == "min_area" { "2" } else { "" };
             return Err(Error::Usage(format!(
-                "--{flag} is {text}, but it must have a unit: {text}mm, or {text}px for pixels of 1/96 inch"
+                "--{flag} is {text}, but it must have a unit: {text}mm{square}, or {text}px{square} for pixels of 1/96 inch"
             )));
         }
     }

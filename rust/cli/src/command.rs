@@ -9,8 +9,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, Command, ValueHint, value_parser};
 use clap_complete::Shell;
 use graphstipple_core::stages::{
-    Audience, DECLARATIONS, Declaration, Group, KINDS, Kind, MAX_PIXELS, MAX_SIDE, Machine, MachineFormat, PEN_SETTINGS, PUBLISHED,
-    PenSetting, Rule, SETTINGS, Setting, Sheet, Value, whole,
+    Audience, DECLARATIONS, Declaration, Group, Islands, KINDS, Kind, MAX_PIXELS, MAX_SIDE, Machine, MachineFormat, PEN_SETTINGS,
+    PROCESSES, PUBLISHED, PenSetting, ProcessRule, RULES, ReportFormat, Rule, SETTINGS, Setting, Sheet, Value, whole,
 };
 use graphstipple_core::{Format, Options, presets};
 
@@ -74,6 +74,7 @@ pub(crate) fn command(with_all: bool) -> Command {
     let arguments: Vec<Arg> = of_output(with_all)
         .into_iter()
         .chain(of_options)
+        .chain(of_rules(with_all))
         .chain(of_pen(with_all))
         .chain([importance(with_all), published(with_all)])
         .chain(of_reading(with_all))
@@ -103,6 +104,8 @@ fn words(name: &str) -> Vec<&'static str> {
     let of_option = || DECLARATIONS.iter().filter(|it| it.group != Group::Method && it.name == name).flat_map(|it| it.rule.words());
     match name {
         "preset" => presets().iter().map(|preset| preset.name).collect(),
+        "process" => PROCESSES.iter().map(|process| process.name).collect(),
+        "islands" => Islands::WORDS.to_vec(),
         "page" => Sheet::ALL.map(Sheet::name).to_vec(),
         COMPLETIONS => SHELLS.map(|(name, _)| name).to_vec(),
         _ => SETTINGS
@@ -115,16 +118,16 @@ fn words(name: &str) -> Vec<&'static str> {
     }
 }
 
-/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file, of a pen and of
-/// what is printed.
+/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file, of machines and
+/// of what is printed.
 pub(crate) fn of_any_photo(with_all: bool) -> Vec<Arg> {
     let printed = of_print(with_all).into_iter().filter(|argument| argument.get_id() != "preset");
     let others: Vec<String> = printed.map(|argument| argument.get_id().to_string()).collect();
     let is_of_one = |argument: &Arg| {
         let name = argument.get_id().as_str();
-        let is_of_pen = argument.get_help_heading() == Some(PEN);
+        let is_of_machine = [PEN, MAKING].map(Some).contains(&argument.get_help_heading());
         argument.get_long().is_none()
-            || is_of_pen
+            || is_of_machine
             || name == "output"
             || name.starts_with("preview")
             || others.iter().any(|it| it == name)
@@ -212,7 +215,7 @@ fn of_output(with_all: bool) -> Vec<Arg> {
         .long("min-dot")
         .value_name("LENGTH")
         .allow_hyphen_values(true)
-        .help("Least radius of a dot: smaller ones grow where there is room, else they go")
+        .help("Least radius (not diameter) of a dot: smaller ones grow where there is room, else they go")
         .help_heading(SIZE);
     let limits = [
         (
@@ -265,7 +268,37 @@ fn of_pen(with_all: bool) -> Vec<Arg> {
     PEN_SETTINGS.iter().map(of_setting).chain([machine, time]).map(|argument| argument.help_heading(PEN)).collect()
 }
 
+/// What can be made.
+fn of_rules(with_all: bool) -> Vec<Arg> {
+    let names: Vec<&str> = PROCESSES.iter().map(|process| process.name).collect();
+    let process = flag("process").value_name("PROCESS").help(format!(
+        "Keep to what can be made (needs a size): {}",
+        if with_all {
+            PROCESSES.iter().map(|process| format!("{} ({})", process.name, process.sentence)).collect::<Vec<_>>().join("; ")
+        } else {
+            names.join(", ")
+        }
+    ));
+    let of_rule = |rule: &'static ProcessRule| {
+        let help = format!("{} [default no limit, or as the process has it]", rule.sentence);
+        flag(rule.name).value_name(rule.value_name).allow_hyphen_values(true).help(help).hide(!with_all)
+    };
+    // The flag that there is for dots anyway stands for the rule too.
+    let rules = RULES.iter().filter(|rule| rule.name != "min_dot").map(of_rule);
+    let check = Arg::new("check")
+        .long("check")
+        .value_name("FILE")
+        .value_parser(value_parser!(PathBuf))
+        .value_hint(ValueHint::FilePath)
+        .help(format!("Also write what of the drawing breaks the rules, {} by its suffix", ReportFormat::SUFFIXES))
+        .hide(!with_all);
+    let only = flag("check_only").action(ArgAction::SetTrue).help("Only check: leave the drawing as it is").hide(!with_all);
+    let strict = flag("strict").action(ArgAction::SetTrue).help("Exit with 3 if the drawing breaks a rule").hide(!with_all);
+    [process].into_iter().chain(rules).chain([check, only, strict]).map(|argument| argument.help_heading(MAKING)).collect()
+}
+
 /// Headings of the help.
+const MAKING: &str = "What can be made";
 const PEN: &str = "Pen plotter";
 const OUTPUT: &str = "File";
 const SIZE: &str = "Size on paper";

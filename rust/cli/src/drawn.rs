@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use graphstipple_core::stages::{Checked, Reading, Stats, Trials, draw_owned};
+use graphstipple_core::stages::{Changes, Checked, Reading, Trials, draw_owned};
 use graphstipple_core::{Control, Importance, Options, Outcome, Photo, Session};
 
 use crate::arguments::Job;
@@ -15,6 +15,8 @@ use crate::messages::in_flags;
 /// A drawing, with sentences for the user.
 pub(crate) struct Drawn {
     pub(crate) outcome: Outcome,
+    /// What was done so that it keeps the job's rules.
+    pub(crate) changes: Option<Changes>,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -27,9 +29,9 @@ pub(crate) fn draw(job: &Job, mut input: Input, control: &Control) -> Result<Dra
     // What came through a pipe is not needed any more.
     drop(input);
     let outcome = draw_owned(read.photo, read.importance, &job.options, control)?;
-    let mut outcome = with_least_radius(outcome, read.least_radius)?;
+    let (mut outcome, changes) = kept(job, outcome, read.least_radius, control)?;
     outcome.stats.add_seconds(read.seconds);
-    Ok(finished(outcome, read.warnings, read.decoder))
+    Ok(finished(outcome, changes, read.warnings, read.decoder))
 }
 
 /// The finest drawing within the job's limits.
@@ -41,7 +43,7 @@ fn draw_within(job: &Job, input: &mut Input, control: &Control) -> Result<Drawn>
     // What all drawings took but the one that is taken.
     let mut spent = std::mem::take(&mut begun.seconds);
     let mut session = Session::new(begun.photo, begun.importance);
-    let mut finest: Option<Outcome> = None;
+    let mut finest: Option<(Outcome, Option<Changes>)> = None;
     while let Some(options) = trials.next_options()? {
         if !session.fits(&options) {
             // Fewer nodes can do with a photo that is reduced further.
@@ -49,7 +51,7 @@ fn draw_within(job: &Job, input: &mut Input, control: &Control) -> Result<Drawn>
             add(&mut spent, again.seconds);
             session = Session::new(again.photo, again.importance);
         }
-        let outcome = with_least_radius(session.draw(&options, control)?, begun.least_radius)?;
+        let (outcome, changes) = kept(job, session.draw(&options, control)?, begun.least_radius, control)?;
         let seconds = match &job.plotter {
             Some(plotter) if job.limits.max_seconds.is_some() => {
                 Some(plotter.stats(&plotter.plot(&outcome.drawing, control)?)?.timing.seconds)
@@ -57,17 +59,18 @@ fn draw_within(job: &Job, input: &mut Input, control: &Control) -> Result<Drawn>
             _ => None,
         };
         let is_finest = trials.tell(&outcome.drawing, outcome.stats.nodes, seconds)?;
-        let other = if is_finest { finest.replace(outcome) } else { Some(outcome) };
-        add(&mut spent, other.map(|other| other.stats.seconds).unwrap_or_default());
+        let drawn = (outcome, changes);
+        let other = if is_finest { finest.replace(drawn) } else { Some(drawn) };
+        add(&mut spent, other.map(|(other, _)| other.stats.seconds).unwrap_or_default());
         control.begin_round();
     }
     let within = trials.found().map_err(in_flags)?;
-    let Some(mut outcome) = finest else {
+    let Some((mut outcome, changes)) = finest else {
         return Err(graphstipple_core::Error::Internal("what was found was not kept".into()).into());
     };
     outcome.stats.add_seconds(spent);
     outcome.stats.within = Some(within);
-    Ok(finished(outcome, begun.warnings, begun.decoder))
+    Ok(finished(outcome, changes, begun.warnings, begun.decoder))
 }
 
 /// Adds the seconds of other drawings, by stage; their totals come of themselves.
@@ -77,10 +80,10 @@ fn add(seconds: &mut BTreeMap<String, f64>, others: BTreeMap<String, f64>) {
     }
 }
 
-fn finished(mut outcome: Outcome, mut warnings: Vec<String>, decoder: String) -> Drawn {
+fn finished(mut outcome: Outcome, changes: Option<Changes>, mut warnings: Vec<String>, decoder: String) -> Drawn {
     warnings.extend(outcome.warning.take());
     outcome.stats.decoder = Some(decoder);
-    Drawn { outcome, warnings }
+    Drawn { outcome, changes, warnings }
 }
 
 /// A photo and its importance, and what was heard of their files.
@@ -110,19 +113,14 @@ fn read(job: &Job, input: &mut Input, options: &Checked<Options>, control: &Cont
     Ok(Read { photo, importance: evaluated.importance, least_radius, decoder: decoded.decoder, warnings, seconds })
 }
 
-/// The outcome with no stipple below this radius.
-fn with_least_radius(mut outcome: Outcome, least: Option<f64>) -> Result<Outcome> {
-    let Some(least) = least else { return Ok(outcome) };
+/// The outcome as the job's rules allow it, and what was done to it; or with no stipple below this radius.
+fn kept(job: &Job, mut outcome: Outcome, least: Option<f64>, control: &Control) -> Result<(Outcome, Option<Changes>)> {
+    if let Some(keeper) = &job.keeper {
+        return keeper.kept(outcome, control);
+    }
+    let Some(least) = least else { return Ok((outcome, None)) };
     let (drawing, changes) = outcome.drawing.with_least_radius(least)?;
-    let (anchors, coordinates) = drawing.count_written();
-    outcome.stats = Stats {
-        dots_enlarged: changes.enlarged,
-        dots_dropped: changes.dropped,
-        stipples: drawing.stipples.len(),
-        anchors,
-        coordinates,
-        ..outcome.stats
-    };
+    outcome.stats.recount(&drawing, changes.enlarged, changes.dropped);
     outcome.drawing = Arc::new(drawing);
-    Ok(outcome)
+    Ok((outcome, None))
 }

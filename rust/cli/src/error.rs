@@ -35,6 +35,9 @@ pub enum Error {
         /// Which file.
         path: PathBuf,
     },
+    /// All is written, but the drawing breaks rules that it must keep.
+    #[error("{0}")]
+    Broken(String),
     /// The user or the system asked to stop.
     #[error("interrupted")]
     Interrupted(
@@ -50,10 +53,11 @@ pub const INTERRUPTED: u8 = 130;
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// The exit code that stands for it: 1 failure, 2 usage, of an interruption its own.
+    /// The exit code that stands for it: 1 failure, 2 usage, 3 rules that are broken, of an interruption its own.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) | Self::Core(graphstipple_core::Error::Option { .. }) => 2,
+            Self::Broken(_) => 3,
             Self::Interrupted(code) => *code,
             Self::Core(graphstipple_core::Error::Cancelled) => INTERRUPTED,
             Self::File { .. } | Self::ReadOnly { .. } | Self::Photo { .. } | Self::Core(_) => 1,
@@ -88,6 +92,7 @@ mod tests {
             (Error::Photo { path: "a.png".into(), source: Core::Decode("the file is empty".into()) }, 1),
             (missing, 1),
             (Error::ReadOnly { path: "a.svg".into() }, 1),
+            (Error::Broken("the drawing breaks the rules: 1 gap".into()), 3),
             (Error::Core(Core::Cancelled), INTERRUPTED),
             (Error::Interrupted(143), 143),
         ] {

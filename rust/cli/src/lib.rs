@@ -11,6 +11,7 @@ pub mod machines;
 mod messages;
 mod plotter;
 pub mod recipe;
+mod rules;
 mod scratch;
 mod shell;
 pub mod writing;
@@ -25,7 +26,7 @@ use std::time::{Duration, Instant};
 use graphstipple_core::stages::{Pool, picture, raster, schema};
 use graphstipple_core::{Control, presets};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use arguments::Job;
 use command::{COMPLETIONS, HELP_ALL, LIST_PRESETS, MAN, OPTIONS_SCHEMA, command};
@@ -33,6 +34,7 @@ use drawn::Drawn;
 pub use error::{Error, INTERRUPTED, Result};
 use files::Input;
 use messages::in_flags;
+use rules::broken;
 use writing::Target;
 
 /// How often the waiting thread looks for an interruption and moves the progress bar: well under the half second within which
@@ -52,7 +54,7 @@ const STEPS: u64 = 1000;
 /// thread alone, when everything is done, and to the end: an interruption that comes then is too late. Writing to pipes and devices,
 /// which may take any time, is interrupted as the work is.
 ///
-/// Returns the exit code: 0 done, 1 failed, 2 wrong usage, that of an interruption. What went wrong is one line on standard error.
+/// Returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done but for rules that must be kept, that of an interruption. What went wrong is one line on standard error.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, interrupted: &dyn Fn() -> Option<u8>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let done = match printed(&arguments) {
@@ -135,14 +137,15 @@ fn execute(job: &Job, interrupted: &dyn Fn() -> Option<u8>) -> Result<()> {
         let _ = writeln!(io::stderr(), "graphstipple: warning: {warning}");
     }
     let stats = job.stats.then(|| serde_json::to_string_pretty(&made.stats).expect("numbers and names always serialize") + "\n");
-    match (made.standard_output, stats) {
+    let printed = match (made.standard_output, stats) {
         (Some(svg), stats) => {
             pour(Box::new(move || print(io::stdout(), &svg)))?;
             stats.map_or(Ok(()), |stats| print(io::stderr(), stats.as_bytes()))
         }
         (None, Some(stats)) => print(io::stdout(), stats.as_bytes()),
         (None, None) => Ok(()),
-    }
+    };
+    printed.and_then(|()| made.broken.map_or(Ok(()), |told| Err(Error::Broken(told))))
 }
 
 /// Writes to a stream; a reader that has gone away is no error.
@@ -160,6 +163,8 @@ struct Made {
     stats: Value,
     /// Sentences for the user.
     warnings: Vec<String>,
+    /// What is told in the end, if the drawing breaks rules and must not.
+    broken: Option<String>,
 }
 
 /// Does work on so many threads, and waits for it or for an interruption; `look` is shown how far it is now and then.
@@ -195,9 +200,9 @@ fn watched<T: Send + 'static>(
 /// The whole work, from the photo's bytes to those of the outputs.
 fn make(job: &Job, control: &Control) -> Result<Made> {
     let input = job.photo.as_deref().map_or_else(Input::standard, Input::file);
-    let Drawn { outcome, warnings } = drawn::draw(job, input, control)?;
+    let Drawn { outcome, changes, warnings } = drawn::draw(job, input, control)?;
     let drawing = Arc::clone(&outcome.drawing);
-    let mut made = Made { files: Vec::new(), standard_output: None, stats: Value::Null, warnings };
+    let mut made = Made { files: Vec::new(), standard_output: None, stats: Value::Null, warnings, broken: None };
     let plot = job.plotter.as_ref().map(|plotter| plotter.plot(&drawing, control).map(|plot| (plotter, plot))).transpose()?;
     let bytes = match &plot {
         Some((plotter, plot)) => plotter.write(plot)?,
@@ -214,6 +219,20 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     match &job.output {
         None => made.standard_output = Some(bytes),
         Some(path) => made.files.push((path.clone(), bytes)),
+    }
+    control.check()?;
+    if let Some(keeper) = &job.keeper {
+        let report = keeper.reported(&drawing, changes, control)?;
+        made.warnings.extend(keeper.warnings(&report));
+        if let Value::Object(stats) = &mut made.stats {
+            stats.insert("rules".to_owned(), json!({ "changes": report.changes, "violations": report.counts() }));
+        }
+        if keeper.is_strict {
+            made.broken = broken(&report);
+        }
+        if let Some((path, format)) = &keeper.report {
+            made.files.push((path.clone(), report.write(*format, &drawing)?));
+        }
     }
     control.check()?;
     if let Some((path, width)) = &job.preview {
@@ -233,6 +252,9 @@ impl Job {
         [&self.writer].into_iter().chain(&self.others).try_for_each(|writer| writer.check_size(width, height))?;
         if let Some((_, preview)) = &self.preview {
             raster::size(width, height, *preview)?;
+        }
+        if let Some(keeper) = &self.keeper {
+            keeper.scale(width, height)?;
         }
         let least = self.min_dot.map(|min_dot| self.writer.least_radius(min_dot, width, height));
         least.transpose().map_err(in_flags)

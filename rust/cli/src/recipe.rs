@@ -58,7 +58,7 @@ impl Recipe {
     /// # Errors
     /// As the command line's own.
     pub fn draw(&self, input: Input, control: &Control) -> Result<Written> {
-        let Drawn { outcome, mut warnings } = drawn::draw(&self.job, input, control)?;
+        let Drawn { outcome, mut warnings, .. } = drawn::draw(&self.job, input, control)?;
         let mut files = Vec::new();
         for writer in [&self.job.writer].into_iter().chain(&self.job.others) {
             control.check()?;

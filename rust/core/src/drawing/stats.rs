@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::drawing::Drawing;
+
 /// What was counted and timed (docs/method.md; Table 4 of the paper has stipples, regions and vertices).
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Stats {
@@ -64,6 +66,13 @@ pub struct Within {
 }
 
 impl Stats {
+    /// Counts what was made of the drawing; so many dots were enlarged and dropped for it.
+    pub fn recount(&mut self, drawing: &Drawing, enlarged: usize, dropped: usize) {
+        (self.anchors, self.coordinates) = drawing.count_written();
+        (self.stipples, self.regions) = (drawing.stipples.len(), drawing.regions.len());
+        (self.dots_enlarged, self.dots_dropped) = (enlarged, dropped);
+    }
+
     /// Adds what was done before the drawing was begun, by stage; it counts in the total too.
     pub fn add_seconds(&mut self, before: std::collections::BTreeMap<String, f64>) {
         *self.seconds.entry("total".to_owned()).or_default() += before.values().sum::<f64>();

@@ -72,6 +72,11 @@ impl ViolationKind {
         }
     }
 
+    /// What so many of it are called.
+    pub fn counted(self, count: usize) -> &'static str {
+        if count == 1 { self.name() } else { self.told().0 }
+    }
+
     /// What several of it are called, and what each is told to be.
     fn told(self) -> (&'static str, &'static str) {
         match self {
@@ -303,8 +308,7 @@ impl Report {
     /// What was found of a kind, in a line.
     fn sentence(&self, kind: ViolationKind) -> String {
         let count = self.count(kind);
-        let (several, _) = kind.told();
-        let called = if count == 1 { kind.name() } else { several };
+        let called = kind.counted(count);
         let first = self.violations.partition_point(|violation| violation.kind < kind);
         let of_kind = &self.violations[first..first + count];
         let least = of_kind.iter().map(|violation| violation.measured).fold(f64::INFINITY, f64::min);
