@@ -27,7 +27,7 @@ const ALLOWANCE: f64 = 0.02;
 const ALLOWANCE_OF_LIMIT: f64 = 0.1;
 
 /// The share of a limit of area that is allowed to be missing.
-const ALLOWANCE_OF_AREA: f64 = 0.02;
+pub(super) const ALLOWANCE_OF_AREA: f64 = 0.02;
 
 /// What may be less than a limit of length without breaking it, in mm.
 pub(super) fn allowance(limit: f64) -> f64 {

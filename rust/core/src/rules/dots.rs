@@ -261,6 +261,13 @@ impl<'a> Placing<'a> {
         discs.distance(p, reach).min(to_edges).min(to_frame) - clearance
     }
 
+    /// Whether a dot's polygon lies on the canvas.
+    fn is_on_canvas(&self, dot: &Stipple) -> bool {
+        let Drawing { width, height, .. } = *self.shapes.drawing;
+        let reach = dot.radius * POLYGON_REACH;
+        [dot.x, dot.y, width as f64 - dot.x, height as f64 - dot.y].into_iter().all(|to_frame| to_frame >= reach)
+    }
+
     fn add(&self, dot: Stipple, placed: &mut Placed) {
         let scale = self.shapes.scale;
         placed.discs.add([dot.x * scale, dot.y * scale], dot.radius * scale);
@@ -287,7 +294,7 @@ impl<'a> Placing<'a> {
         let smaller = Stipple::on_grid(Point::new(dot.x, dot.y), room / scale, self.shapes.drawing.units, dot.ink);
         let (at, own) = ([smaller.x * scale, smaller.y * scale], smaller.radius * scale);
         // The grid moves its centre.
-        if own < least || self.room(at, dot.ink, own, &placed.discs) < own - self.allowance {
+        if own < least || !self.is_on_canvas(&smaller) || self.room(at, dot.ink, own, &placed.discs) < own - self.allowance {
             return None;
         }
         self.add(smaller, placed);
@@ -322,8 +329,8 @@ impl<'a> Placing<'a> {
             let radius = room.min(wanted) / scale;
             let drawn = Stipple::on_grid(Point::new(p[0] / scale, p[1] / scale), radius, units, ink);
             let (at, own) = ([drawn.x * scale, drawn.y * scale], drawn.radius * scale);
-            let is_large = own >= 0.5 * self.rules.least_dot(ink);
-            if is_large && self.room(at, ink, own, &placed.discs) >= own - 0.5 * self.allowance {
+            let may_be = own >= 0.5 * self.rules.least_dot(ink) && self.is_on_canvas(&drawn);
+            if may_be && self.room(at, ink, own, &placed.discs) >= own - 0.5 * self.allowance {
                 self.add(drawn, placed);
                 return Some(drawn);
             }

@@ -24,18 +24,21 @@ use crate::rules::boxes::{Bounds, Boxes};
 use crate::rules::bridges::bridge;
 use crate::rules::bridging::{Bridged, Bridging};
 use crate::rules::changes::Changes;
-use crate::rules::check::{allowance, tolerance_of};
+use crate::rules::check::{ALLOWANCE_OF_AREA, allowance, tolerance_of};
 use crate::rules::dots::{Change, Placing, black_of, changes_of};
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::Shapes;
 use crate::rules::straight::straight;
-use crate::rules::thin::{Opened, with_rim};
+use crate::rules::thin::{Opened, thin, with_rim};
 
 /// Rounds of opening and closing.
 const ROUNDS: usize = 3;
 
 /// Rounds in which what is too narrow grows.
 const REPAIRS: usize = 12;
+
+/// Nothing is done if nothing lacks more than this share of what is allowed: more than what rounds leave, less than what a check tells.
+const KEEPS: f64 = 0.75;
 
 /// An ink without a limit of its own may get no narrower than this share of the other one's where something has changed: areas that
 /// touch are no drawing.
@@ -261,7 +264,9 @@ impl Work<'_> {
         loop {
             self.control.check()?;
             let nesting = Nesting::of(&self.areas);
-            let gone = nesting.too_small(least);
+            // As with what is too thin.
+            let spared = if self.changed.is_empty() { KEEPS * ALLOWANCE_OF_AREA } else { 0.0 };
+            let gone = nesting.too_small(least * (1.0 - spared));
             if gone.is_empty() {
                 return Ok(());
             }
@@ -299,6 +304,11 @@ impl Work<'_> {
         // Elsewhere all is as it was: what a disc that touches something has in it lies within its diameter.
         let boxes = Boxes::new(since.iter().map(|area| Bounds::of(&area[0]).wider(1.1 * diameter)).collect());
         let within = (!is_first).then_some(&boxes);
+        // A drawing that keeps the rules stays as it is.
+        let keeps = limit - KEEPS * allowance(limit);
+        if is_first && thin(&self.areas, self.shapes.size(), ink, keeps, self.tolerance())?.is_empty() {
+            return Ok(false);
+        }
         let thin = Opened::of(&self.areas, self.shapes.size(), ink, diameter, self.tolerance(), within)?.thin;
         if thin.is_empty() {
             return Ok(false);
