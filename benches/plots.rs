@@ -1,4 +1,4 @@
-//! What a plot needs beyond its drawing, beside limits, all in one run; see the crate's text for how to read it.
+//! What a plot and rules need beyond their drawing, beside limits, all in one run; see the crate's text for how to read it.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use graphstipple_bench::{Limit, Photo, after, is_smoke_run, median, options, photo};
-use graphstipple_core::stages::{Ink, Path, Polygon, SIMPLIFIED, offset, ordered, travelled};
+use graphstipple_core::stages::{Ink, Path, Polygon, Rules, SIMPLIFIED, check, enforce, offset, ordered, travelled};
 use graphstipple_core::{Control, Drawing, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return order_for_others(count.parse()?, path);
     }
     let (dots, size, runs) = if is_smoke_run() { (FEW_DOTS, TINY_SIZE, 1) } else { (DOTS, SIZE, RUNS) };
-    let figures = [order(dots, runs)?, moved_in(size, runs)?];
+    let figures = [order(dots, runs)?, moved_in(size, runs)?, kept(size, runs)?];
     println!("{:<58}{:>10}{:>10}", format!("to reach; medians of {runs} runs in turn"), "measured", "limit");
     figures.iter().flatten().for_each(|figure| println!("{}", figure.line()));
     Ok(())
@@ -129,6 +129,35 @@ fn moved_in([width, height]: [usize; 2], runs: usize) -> Result<Vec<Figure>, Box
     let ratio = median(ours.iter().zip(&drawings).map(|(ours, drawing)| ours / drawing).collect());
     let note = format!("{:.3} s, drawing {:.3} s", median(ours), median(drawings));
     Ok(vec![Figure::new(format!("areas of {vertices} vertices moved in / drawing them"), ratio, None, note)])
+}
+
+/// The rules of processes checked and enforced, at the same size, beside making the drawing.
+fn kept([width, height]: [usize; 2], runs: usize) -> Result<Vec<Figure>, Box<dyn Error>> {
+    let Photo { photo, importance } = photo(width, height);
+    let control = Control::new();
+    let mut figures = Vec::new();
+    for process in ["laser", "stencil"] {
+        let rules = Rules::of_process(process)?.check()?;
+        let (mut checks, mut ours, mut drawings, mut left) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        for _ in 0..runs {
+            let (seconds, outcome) = timed(|| draw(&photo, &importance, &options(), &control));
+            drawings.push(seconds);
+            let outcome = outcome?;
+            let scale = WIDTH / outcome.drawing.width as f64;
+            let (seconds, report) = timed(|| check(&outcome.drawing, &rules, scale, &control));
+            report?;
+            checks.push(seconds);
+            let (seconds, made) = timed(|| enforce(&outcome.drawing, Some(&outcome), &rules, scale, &control));
+            ours.push(seconds);
+            left = check(&made?.0, &rules, scale, &control)?.violations.len();
+        }
+        let both = checks.iter().zip(&ours).zip(&drawings);
+        let ratio = median(both.map(|((check, ours), drawing)| (check + ours) / drawing).collect());
+        let times = format!("{:.3} s, then {:.3} s, drawing {:.3} s", median(checks), median(ours), median(drawings));
+        let title = format!("rules of {process} checked and enforced / drawing it");
+        figures.push(Figure::new(title, ratio, Some(Limit::AtMost(15.0)), format!("{times}; {left} violations left")));
+    }
+    Ok(figures)
 }
 
 /// Puts dots in order, and writes them, a line each, for programs that are to do the same; prints the seconds and the length.

@@ -244,7 +244,7 @@ def test_no_progress_bar_when_piped(program, photos, tmp_path):
 SCHEMA = _core.options_schema()["properties"]
 OPTIONS = {name: it for name, it in SCHEMA.items() if name != "published"}
 
-OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot", "pen"}
+OWN = {"output", "preset", "preview", "preview-width", "importance", "min-dot", "process", "pen"}
 OWN |= {"list-presets", "stats", "quiet", "help", "help-all", "version"}
 """Flags that only a command has, besides the options of a drawing and the settings of its file."""
 
@@ -253,6 +253,13 @@ FURTHER = {
     "options-schema",
     "max-bytes",
     "max-points",
+    "min-feature",
+    "min-gap",
+    "min-area",
+    "islands",
+    "check",
+    "check-only",
+    "strict",
     "max-plot-time",
     "machine",
     "max-pixels",
@@ -292,7 +299,7 @@ def test_help_is_short_and_shows_what_people_turn(command):
     assert shown(text)[:5] == ["output", "preset", "nodes", "width", "preview"]
     headings = re.findall(r"^([A-Z][A-Za-z ]+):$", text, flags=re.MULTILINE)
     groups = list(dict.fromkeys(it["x-group"] for it in OPTIONS.values() if it["x-everyday"]))
-    assert headings == ["Examples", "To begin with", "File", "Size on paper", *groups, "Pen plotter", "Print"]
+    assert headings == ["Examples", "To begin with", "File", "Size on paper", *groups, "Machines", "Print"]
     for name in everyday:
         assert in_words(OPTIONS[name]["description"]).partition(". ")[0].rstrip(".") in in_words(text)
     assert "--help-all" in text.splitlines()[-1]

@@ -327,6 +327,7 @@ BY_NAME = {
     ("order", "python/graphstipple/drawing.py"): "in which a pen draws",
     **{("tolerance", file): "of areas that are moved" for file in ("python/graphstipple/_core.pyi", "rust/py/src/stages.rs")},
     ("threads", "python/graphstipple/studio/desk.py"): "a page may not have more work than there are processors",
+    ("fineness", "rust/cli/src/rules.rs"): "what whoever draws for a machine may turn, in a warning",
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
     ("density", "python/graphstipple/_core.pyi"): "an argument of a stage",

@@ -125,7 +125,7 @@ pub(crate) fn of_any_photo(with_all: bool) -> Vec<Arg> {
     let others: Vec<String> = printed.map(|argument| argument.get_id().to_string()).collect();
     let is_of_one = |argument: &Arg| {
         let name = argument.get_id().as_str();
-        let is_of_machine = [PEN, MAKING].map(Some).contains(&argument.get_help_heading());
+        let is_of_machine = argument.get_help_heading() == Some(MACHINES);
         argument.get_long().is_none()
             || is_of_machine
             || name == "output"
@@ -265,7 +265,7 @@ fn of_pen(with_all: bool) -> Vec<Arg> {
         .requires("pen")
         .help("Draw as finely as the machine can plot in so long, such as 2h or 90min")
         .hide(!with_all);
-    PEN_SETTINGS.iter().map(of_setting).chain([machine, time]).map(|argument| argument.help_heading(PEN)).collect()
+    PEN_SETTINGS.iter().map(of_setting).chain([machine, time]).map(|argument| argument.help_heading(MACHINES)).collect()
 }
 
 /// What can be made.
@@ -294,12 +294,11 @@ fn of_rules(with_all: bool) -> Vec<Arg> {
         .hide(!with_all);
     let only = flag("check_only").action(ArgAction::SetTrue).help("Only check: leave the drawing as it is").hide(!with_all);
     let strict = flag("strict").action(ArgAction::SetTrue).help("Exit with 3 if the drawing breaks a rule").hide(!with_all);
-    [process].into_iter().chain(rules).chain([check, only, strict]).map(|argument| argument.help_heading(MAKING)).collect()
+    [process].into_iter().chain(rules).chain([check, only, strict]).map(|argument| argument.help_heading(MACHINES)).collect()
 }
 
 /// Headings of the help.
-const MAKING: &str = "What can be made";
-const PEN: &str = "Pen plotter";
+const MACHINES: &str = "Machines";
 const OUTPUT: &str = "File";
 const SIZE: &str = "Size on paper";
 

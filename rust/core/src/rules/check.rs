@@ -7,12 +7,11 @@
 //!
 //! Outside of the canvas is white sheet: white that touches the frame goes on there, and black ends.
 
-use kurbo::{BezPath, Point};
+use kurbo::Point;
 use rayon::prelude::*;
 
 use crate::base::{Checked, Control, Ink, Pool, Result};
 use crate::drawing::Drawing;
-use crate::offset::Polygon;
 use crate::outlines::Stipple;
 use crate::rules::boxes::Bounds;
 use crate::rules::islands::inside;
@@ -205,21 +204,4 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
         }));
     }
     violations
-}
-
-/// A polygon as a path.
-pub(super) fn path_of(area: &Polygon) -> BezPath {
-    let mut path = BezPath::new();
-    for ring in area {
-        for (k, [x, y]) in ring.iter().enumerate() {
-            let p = Point::new(*x, *y);
-            if k == 0 {
-                path.move_to(p);
-            } else {
-                path.line_to(p);
-            }
-        }
-        path.close_path();
-    }
-    path
 }

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use kurbo::BezPath;
+use kurbo::{BezPath, Point};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -13,7 +13,6 @@ use crate::files::{Outline, Style};
 use crate::offset::Polygon;
 use crate::options::{Inks, words};
 use crate::rules::changes::Changes;
-use crate::rules::check::path_of;
 use crate::rules::rules::Rules;
 
 words! {
@@ -359,4 +358,21 @@ impl Report {
 fn told(value: f64) -> String {
     let digits = if value >= 10.0 { 10.0 } else { 1000.0 };
     format!("{}", (value * digits).round() / digits)
+}
+
+/// A polygon as a path.
+fn path_of(area: &Polygon) -> BezPath {
+    let mut path = BezPath::new();
+    for ring in area {
+        for (k, [x, y]) in ring.iter().enumerate() {
+            let p = Point::new(*x, *y);
+            if k == 0 {
+                path.move_to(p);
+            } else {
+                path.line_to(p);
+            }
+        }
+        path.close_path();
+    }
+    path
 }
