@@ -3,12 +3,14 @@
 The photo is scikit-image's astronaut (a NASA portrait, public domain). Every picture is a strip of panels.
 """
 
+import io
 import re
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import resvg_py
 from PIL import Image, ImageDraw
 from skimage import data
 
@@ -32,18 +34,32 @@ FACE = (166, 66, 266, 166)
 FILLS = (("contour", 0.1), ("hatch", -1.0), ("outline", 0.1), ("none", 0.1))
 """How plots are filled, and by how much their lines overlap."""
 
+COLOURS = 48
+"""Colours of a picture of a report."""
+
 
 def write(path: Path, panels: list[Image.Image], greys: int = 16) -> None:
     """Write grey panels side by side, in few greys: in line art the eye sees no difference, and files are a fraction as large."""
+    strip = np.asarray(beside(panels, "L"))
+    levels = Image.fromarray(np.round(strip / 255 * (greys - 1)).astype(np.uint8)).convert("P")
+    levels.putpalette([round(255 * level / (greys - 1)) for level in range(greys) for _ in range(3)])
+    levels.save(path, optimize=True, bits=4 if greys <= 16 else 8)
+
+
+def beside(panels: list[Image.Image], mode: str) -> Image.Image:
+    """Return panels side by side."""
     width = sum(panel.width for panel in panels) + GAP * (len(panels) - 1)
-    strip = Image.new("L", (width, max(panel.height for panel in panels)), 255)
+    strip = Image.new(mode, (width, max(panel.height for panel in panels)), "white")
     left = 0
     for panel in panels:
         strip.paste(panel, (left, 0))
         left += panel.width + GAP
-    levels = Image.fromarray(np.round(np.asarray(strip) / 255 * (greys - 1)).astype(np.uint8)).convert("P")
-    levels.putpalette([round(255 * level / (greys - 1)) for level in range(greys) for _ in range(3)])
-    levels.save(path, optimize=True, bits=4 if greys <= 16 else 8)
+    return strip
+
+
+def write_in_colours(path: Path, panels: list[Image.Image]) -> None:
+    """Write panels side by side, in few colours."""
+    beside(panels, "RGB").quantize(COLOURS).save(path, optimize=True)
 
 
 def field(values: np.ndarray, part: tuple[int, int, int, int], scale: int) -> Image.Image:
@@ -63,6 +79,13 @@ def plotted(plot: gs.Plot, part: tuple[int, int, int, int], width: int, scale: i
     """Return what a pen draws of a part of a drawing so many pixels wide, enlarged."""
     left, top, right, bottom = (scale * side for side in part)
     return Image.fromarray(plot.rasterize(scale * width)[top:bottom, left:right])
+
+
+def reported(report: gs.Report, part: tuple[int, int, int, int], width: int, scale: int) -> Image.Image:
+    """Return a part of a report on a drawing so many pixels wide, enlarged."""
+    png = bytes(resvg_py.svg_to_bytes(svg_string=report.svg(), width=scale * width, dpi=96))
+    left, top, right, bottom = (scale * side for side in part)
+    return Image.open(io.BytesIO(png)).convert("RGB").crop((left, top, right, bottom))
 
 
 def graph(sites: np.ndarray, edges: np.ndarray, grey: np.ndarray, part: tuple[int, int, int, int], scale: int) -> Image.Image:
@@ -158,6 +181,22 @@ def mark() -> gs.Drawing:
     return gs.draw(ball, importance="none", options=options)
 
 
+def write_machines(folder: Path, photo: np.ndarray, drawing: gs.Drawing) -> None:
+    """Write what machines make of a photo."""
+    # docs/howto/plotter.md: a pen of 0.5 mm on 180 mm, by every fill.
+    plots = [drawing.plot("0.5mm", "180mm", fill=fill, overlap=overlap) for fill, overlap in FILLS]
+    write(folder / "plots.png", [plotted(plot, FACE, drawing.width, 3) for plot in plots])
+
+    # docs/howto/laser-and-vinyl.md and stencil-and-screen-print.md: what breaks the rules of a process, and what keeps them.
+    bold = gs.draw(photo, options=gs.Options.preset("linocut"))
+    whole = (0, 0, bold.width, bold.height)
+    for name, process, width, part, scale in (("report", "vinyl", "300mm", HEAD, 3), ("stencil", "stencil", "200mm", whole, 2)):
+        rules = gs.Rules.process(process)
+        before = reported(bold.check(rules, width=width), part, bold.width, scale)
+        kept, _ = bold.enforce(rules, width=width)
+        write_in_colours(folder / f"{name}.png", [before, drawn(kept, part, scale)])
+
+
 def main() -> None:
     """Draw everything."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "images"
@@ -235,9 +274,7 @@ def main() -> None:
     simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
     write(folder / "tolerance.png", [with_anchors(one, EYE, 6) for one in simpler])
 
-    # docs/howto/plotter.md: a pen of 0.5 mm on 180 mm, by every fill.
-    plots = [drawing.plot("0.5mm", "180mm", fill=fill, overlap=overlap) for fill, overlap in FILLS]
-    write(folder / "plots.png", [plotted(plot, FACE, drawing.width, 3) for plot in plots])
+    write_machines(folder, photo, drawing)
 
 
 if __name__ == "__main__":
