@@ -118,14 +118,15 @@ fn words(name: &str) -> Vec<&'static str> {
     }
 }
 
-/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file, of machines and
-/// of what is printed.
+/// The flags that say how any photo is drawn and written, for front ends that draw many: all but those of a single file, of a pen, of
+/// reports and of what is printed.
 pub(crate) fn of_any_photo(with_all: bool) -> Vec<Arg> {
     let printed = of_print(with_all).into_iter().filter(|argument| argument.get_id() != "preset");
     let others: Vec<String> = printed.map(|argument| argument.get_id().to_string()).collect();
     let is_of_one = |argument: &Arg| {
         let name = argument.get_id().as_str();
-        let is_of_machine = argument.get_help_heading() == Some(MACHINES);
+        let is_rule = name == "process" || RULES.iter().any(|rule| rule.name == name);
+        let is_of_machine = argument.get_help_heading() == Some(MACHINES) && !is_rule;
         argument.get_long().is_none()
             || is_of_machine
             || name == "output"
@@ -280,7 +281,8 @@ fn of_rules(with_all: bool) -> Vec<Arg> {
         }
     ));
     let of_rule = |rule: &'static ProcessRule| {
-        let help = format!("{} [default no limit, or as the process has it]", rule.sentence);
+        let default = if rule.name == "islands" { Islands::default().name() } else { "no limit" };
+        let help = format!("{} [default {default}, or as the process has it]", rule.sentence);
         flag(rule.name).value_name(rule.value_name).allow_hyphen_values(true).help(help).hide(!with_all)
     };
     // The flag that there is for dots anyway stands for the rule too.

@@ -13,6 +13,7 @@ use crate::command;
 use crate::drawn::{self, Drawn};
 use crate::error::Result;
 use crate::files::Input;
+use crate::rules::of_tone;
 
 /// How any photo is drawn and written.
 #[derive(Debug, Clone)]
@@ -58,7 +59,8 @@ impl Recipe {
     /// # Errors
     /// As the command line's own.
     pub fn draw(&self, input: Input, control: &Control) -> Result<Written> {
-        let Drawn { outcome, mut warnings, .. } = drawn::draw(&self.job, input, control)?;
+        let Drawn { outcome, changes, mut warnings } = drawn::draw(&self.job, input, control)?;
+        warnings.extend(changes.as_ref().and_then(of_tone));
         let mut files = Vec::new();
         for writer in [&self.job.writer].into_iter().chain(&self.job.others) {
             control.check()?;
@@ -121,10 +123,22 @@ mod tests {
     fn flags_are_those_of_the_command_line_without_files_and_prints() {
         let all = flags(true);
         let named = |name: &str| all.iter().find(|flag| flag.name == name);
-        for name in ["output", "preview", "preview-width", "stats", "help", "version", "man", "photo"] {
+        for name in ["output", "preview", "preview-width", "stats", "help", "version", "man", "photo", "pen", "check", "strict"] {
             assert_eq!(named(name), None, "{name}");
         }
-        for name in ["preset", "nodes", "published", "importance", "page", "max-bytes", "min-dot", "allow-damaged", "force"] {
+        for name in [
+            "preset",
+            "nodes",
+            "published",
+            "importance",
+            "page",
+            "max-bytes",
+            "min-dot",
+            "process",
+            "min-gap",
+            "allow-damaged",
+            "force",
+        ] {
             assert!(named(name).is_some(), "{name}");
         }
         assert_eq!(named("invert").map(|flag| flag.value_name.as_str()), Some(""));

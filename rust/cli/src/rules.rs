@@ -108,22 +108,21 @@ impl Keeper {
 
     /// What whoever gets the file should know.
     pub(crate) fn warnings(&self, report: &Report) -> Vec<String> {
-        let mut warnings = Vec::new();
-        if let Some(changes) = report.changes {
-            let by = changes.tone - changes.tone_before;
-            if by.abs() > TOLD {
-                let comparative = if by > 0.0 { "lighter" } else { "darker" };
-                warnings.push(format!(
-                    "what keeps the rules is {comparative} by {:.2}: drawn larger, or with a lower --fineness, it changes less",
-                    by.abs()
-                ));
-            }
-        }
-        if let (Some(told), false) = (broken(report), self.is_strict) {
-            warnings.push(told);
-        }
-        warnings
+        let broken = broken(report).filter(|_| !self.is_strict);
+        report.changes.as_ref().and_then(of_tone).into_iter().chain(broken).collect()
     }
+}
+
+/// What to say of a mean tone that what was done has changed, if it shows.
+pub(crate) fn of_tone(changes: &Changes) -> Option<String> {
+    let by = changes.tone - changes.tone_before;
+    let comparative = if by > 0.0 { "lighter" } else { "darker" };
+    (by.abs() > TOLD).then(|| {
+        format!(
+            "what keeps the rules is {comparative} by {:.2}: drawn larger, or with a lower --fineness, it changes less",
+            by.abs()
+        )
+    })
 }
 
 /// What of the rules is broken, in a sentence, if any is.

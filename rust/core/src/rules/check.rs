@@ -14,6 +14,7 @@ use crate::base::{Checked, Control, Ink, Pool, Result};
 use crate::drawing::Drawing;
 use crate::outlines::Stipple;
 use crate::rules::boxes::Bounds;
+use crate::rules::fits::Disc;
 use crate::rules::islands::inside;
 use crate::rules::near::{Near, Pairs};
 use crate::rules::report::{Report, Shape, Violation, ViolationKind};
@@ -76,7 +77,8 @@ fn too_thin(shapes: &Shapes, rules: &Rules, ink: Ink) -> Result<Vec<Violation>> 
         let measured = width.min(limit - allowance(limit));
         Violation { kind, x, y, measured, limit, length, shape: Shape::Area(outline) }
     };
-    let found = thin(&shapes.black, shapes.size(), ink, limit - allowance(limit), shapes.tolerance)?;
+    let disc = Disc { ink, diameter: limit - allowance(limit), tolerance: shapes.tolerance };
+    let found = thin(&shapes.black, shapes.size(), disc)?;
     Ok(found.into_iter().map(of).collect())
 }
 

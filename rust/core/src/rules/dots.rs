@@ -71,6 +71,8 @@ pub(super) struct Placing<'a> {
     size: [f64; 2],
     /// What may be less than a limit without breaking it, in mm.
     allowance: f64,
+    /// Whether dots that need no room by the rules need none at all.
+    trusts: bool,
 }
 
 /// Dots that are placed.
@@ -88,8 +90,9 @@ const TRIALS: usize = 4;
 const TONE_EXACT: f64 = 1e-3;
 
 impl<'a> Placing<'a> {
-    /// `changes` are what the regions of `shapes` have lost and gained.
-    pub(super) fn new(shapes: &'a Shapes<'a>, old: &'a [Stipple], changes: &[Change], rules: &'a Rules) -> Self {
+    /// `changes` are what the regions of `shapes` have lost and gained. Dots that need no room by the rules need none at all where
+    /// `trusts` says so: they had enough before, but regions may touch them now.
+    pub(super) fn new(shapes: &'a Shapes<'a>, old: &'a [Stipple], changes: &[Change], rules: &'a Rules, trusts: bool) -> Self {
         let (scale, drawing) = (shapes.scale, shapes.drawing);
         let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
         let side = size[0].max(size[1]);
@@ -111,7 +114,7 @@ impl<'a> Placing<'a> {
             let changed = changes.iter().map(|change| (change.place, sign * change.missing));
             Usual::of(dots.chain(changed), [rules.least_dot(ink), rules.narrowest(ink.other())], size, |p| near.ink(p) != ink)
         });
-        Self { shapes, old, rules, events, near, usual, size, allowance }
+        Self { shapes, old, rules, events, near, usual, size, allowance, trusts }
     }
 
     /// The dots. Those that are made anew are worth so much more or less than they were that the whole canvas of an area in mm^2 has
@@ -247,7 +250,9 @@ impl<'a> Placing<'a> {
     /// least so much that their polygons do not touch.
     fn clearance(&self, ink: Ink, radius: f64) -> f64 {
         let polygons = radius * (POLYGON_REACH - 1.0) + 2.0 * self.shapes.drawing.flattening_tolerance() * self.shapes.scale;
-        self.rules.narrowest(ink.other()).max(polygons)
+        // Dots that no rule moves lie as they lay, however close that is.
+        let least = if self.trusts { 0.0 } else { polygons };
+        self.rules.narrowest(ink.other()).max(least)
     }
 
     /// The largest radius of a dot around a place in mm, up to `wanted`; below 0 if something is too near.

@@ -3,7 +3,7 @@
 //! # The idea
 //! Regions first, without the dots. Those that are too small are filled by what is around them; then black is opened by a disc
 //! of the narrowest black, and closed by one of the narrowest white, again until nothing is lost and nothing gained. Opening one may
-//! make the other too narrow, back and forth; so after three rounds all that is still too narrow becomes wide instead, black or white,
+//! make the other too narrow, back and forth; so after two rounds all that is still too narrow becomes wide instead, black or white,
 //! whichever the picture has lost, and as that only grows there is an end. Islands that are to have bridges get them before all this, in
 //! label space, where the drawing's graph is known; those that are there after it get straight ones. Last the dots are placed in what the regions have become, where they make up for what was lost and gained (see [`super::dots`]).
 //!
@@ -26,16 +26,17 @@ use crate::rules::bridging::{Bridged, Bridging};
 use crate::rules::changes::Changes;
 use crate::rules::check::{ALLOWANCE_OF_AREA, allowance, tolerance_of};
 use crate::rules::dots::{Change, Placing, black_of, changes_of};
+use crate::rules::fits::Disc;
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::Shapes;
 use crate::rules::straight::straight;
-use crate::rules::thin::{Opened, thin, with_rim};
+use crate::rules::thin::{Opened, has_thin, with_rim};
 
 /// Rounds of opening and closing.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// Rounds in which what is too narrow grows.
-const REPAIRS: usize = 12;
+const REPAIRS: usize = 16;
 
 /// Nothing is done if nothing lacks more than this share of what is allowed: more than what rounds leave, less than what a check tells.
 const KEEPS: f64 = 0.75;
@@ -305,32 +306,47 @@ impl Work<'_> {
         let boxes = Boxes::new(since.iter().map(|area| Bounds::of(&area[0]).wider(1.1 * diameter)).collect());
         let within = (!is_first).then_some(&boxes);
         // A drawing that keeps the rules stays as it is.
-        let keeps = limit - KEEPS * allowance(limit);
-        if is_first && thin(&self.areas, self.shapes.size(), ink, keeps, self.tolerance())?.is_empty() {
+        let disc = |diameter: f64| Disc { ink, diameter, tolerance: self.tolerance() };
+        if is_first && !has_thin(&self.areas, self.shapes.size(), disc(limit - KEEPS * allowance(limit)))? {
             return Ok(false);
         }
-        let thin = Opened::of(&self.areas, self.shapes.size(), ink, diameter, self.tolerance(), within)?.thin;
-        if thin.is_empty() {
+        let opened = Opened::of(&self.areas, self.shapes.size(), disc(diameter), within)?;
+        if opened.thin.is_empty() {
             return Ok(false);
         }
+        // Where an ink grows its corners do, too, but for those at the frame: they would walk along it.
+        let (thin, wide) = if grows == Some(ink) {
+            let [thin, corners] = opened.apart(&self.areas, disc(diameter));
+            let (at_frame, others): (Vec<_>, Vec<_>) = corners.into_iter().partition(|part| self.is_at_frame(part));
+            (at_frame, self.widened(&[thin, others].concat(), 0.5 * limit)?)
+        } else {
+            (opened.thin, Vec::new())
+        };
         self.control.check()?;
         // Black that goes is missing, and so is black where white grows.
         let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
         let part = self.part();
         self.changed.extend(changes_of(&thin, sign, part));
         match ink {
-            Ink::Black => self.changes.features += thin.len(),
-            Ink::White => self.changes.gaps += thin.len(),
+            Ink::Black => self.changes.features += thin.len() + wide.len(),
+            Ink::White => self.changes.gaps += thin.len() + wide.len(),
         }
-        let (patches, is_added) = if grows == Some(ink) {
-            let wide = self.widened(&thin, 0.5 * limit)?;
-            self.changed.extend(changes_of(&wide, -sign, part));
-            (wide, ink == Ink::Black)
-        } else {
-            (with_rim(&thin, self.tolerance())?, ink == Ink::White)
-        };
-        self.patch(&patches, is_added)?;
+        if !wide.is_empty() {
+            let gained = if ink == Ink::Black { subtracted(&wide, &self.areas)? } else { intersection(&wide, &self.areas)? };
+            self.changed.extend(changes_of(&gained, -sign, part));
+            self.patch(&wide, ink == Ink::Black)?;
+        }
+        if !thin.is_empty() {
+            self.patch(&with_rim(&thin, self.tolerance())?, ink == Ink::White)?;
+        }
         Ok(true)
+    }
+
+    /// Whether an area reaches the frame.
+    fn is_at_frame(&self, area: &Polygon) -> bool {
+        let ([width, height], near) = (self.shapes.size(), self.tolerance());
+        let Bounds([left, top, right, bottom]) = Bounds::of(&area[0]);
+        left < near || top < near || right > width - near || bottom > height - near
     }
 
     /// Adds patches to the areas, or takes them off.
@@ -417,18 +433,26 @@ impl Work<'_> {
     /// The regions with dots, of which those that are made anew are worth more or less than they were, so that the whole has its tone.
     fn with_dots(&mut self, old: &Drawing, regions: Drawing, canvas: f64) -> Result<Drawing> {
         let shapes = Shapes::new(&regions, self.shapes.scale, self.tolerance());
-        let placing = Placing::new(&shapes, &old.stipples, &self.changed, self.rules);
-        let (stipples, counts) = placing.placed(1.0 - self.changes.tone_before, canvas, self.control)?;
-        self.changes = Changes {
-            dots_kept: counts.kept,
-            dots_enlarged: counts.enlarged,
-            dots_reduced: counts.reduced,
-            dots_dropped: counts.dropped,
-            ..self.changes
-        };
         let Drawing { width, height, units, .. } = regions;
         let ground = regions.regions.first().map_or(Ink::White, |region| region.ink);
-        assembled(Loose { width, height, units, curves: regions.curves, stipples, ground }, self.control)
+        let mut trusts = [Ink::Black, Ink::White].iter().any(|ink| self.rules.narrowest(*ink) == 0.0);
+        loop {
+            let placing = Placing::new(&shapes, &old.stipples, &self.changed, self.rules, trusts);
+            let (stipples, counts) = placing.placed(1.0 - self.changes.tone_before, canvas, self.control)?;
+            let loose = Loose { width, height, units, curves: regions.curves.clone(), stipples, ground };
+            if trusts && loose.meeting(self.control)?.is_some() {
+                trusts = false;
+                continue;
+            }
+            self.changes = Changes {
+                dots_kept: counts.kept,
+                dots_enlarged: counts.enlarged,
+                dots_reduced: counts.reduced,
+                dots_dropped: counts.dropped,
+                ..self.changes
+            };
+            return assembled(loose, self.control);
+        }
     }
 }
 

@@ -18,7 +18,7 @@ const HELD: f64 = 2.0;
 
 /// How far around such points areas are looked at, in diameters of the disc: a disc that touches one reaches one of them, and a piece that is
 /// cut out is wrong within one of where it was cut.
-const AROUND: f64 = 2.3;
+const AROUND: f64 = 2.05;
 
 /// What is cut out to be opened is at most this share of all boxes; where it is more, all is opened.
 const WORTH_CUTTING: f64 = 0.5;
@@ -49,6 +49,15 @@ struct Zone {
     rows: [f64; 2],
 }
 
+/// A disc that areas of an ink are opened by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Disc {
+    pub(super) ink: Ink,
+    pub(super) diameter: f64,
+    /// How far areas may lie from what they stand for.
+    pub(super) tolerance: f64,
+}
+
 /// Places on outlines beside which a disc does not fit.
 pub(super) struct Suspects {
     /// Cells of a grid as wide as the disc, by rows.
@@ -59,7 +68,8 @@ pub(super) struct Suspects {
 impl Suspects {
     /// Of black areas on a canvas of `size`, or of the white between them: beside the edges that come near one of the boxes, or
     /// beside all.
-    pub(super) fn of(areas: &[Polygon], size: [f64; 2], ink: Ink, diameter: f64, tolerance: f64, within: Option<&Boxes>) -> Self {
+    pub(super) fn of(areas: &[Polygon], size: [f64; 2], disc: Disc, within: Option<&Boxes>) -> Self {
+        let Disc { ink, diameter, tolerance } = disc;
         let near = Near::of(areas, size);
         let radius = 0.5 * diameter;
         let least = (radius - HELD * tolerance).max(0.5 * radius);
@@ -199,7 +209,7 @@ mod tests {
     #[test]
     fn discs_do_not_fit_at_corners_in_necks_and_in_gaps() {
         let size = [100.0, 100.0];
-        let suspects = |areas: &[Polygon], ink: Ink| Suspects::of(areas, size, ink, 1.0, 0.005, None);
+        let suspects = |areas: &[Polygon], ink: Ink| Suspects::of(areas, size, Disc { ink, diameter: 1.0, tolerance: 0.005 }, None);
         // A large circle has neither; a square has corners, from inside.
         let circle = [vec![circle_polygon([30.0, 30.0], 8.0, 0.002)]];
         assert!(suspects(&circle, Ink::Black).is_empty() && suspects(&circle, Ink::White).is_empty());

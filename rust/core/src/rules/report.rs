@@ -311,11 +311,15 @@ impl Report {
         let first = self.violations.partition_point(|violation| violation.kind < kind);
         let of_kind = &self.violations[first..first + count];
         let least = of_kind.iter().map(|violation| violation.measured).fold(f64::INFINITY, f64::min);
-        let (unit, limit) = (kind.unit(), of_kind.first().map_or(0.0, |violation| violation.limit));
+        let unit = kind.unit();
+        // Dots of each ink have a limit of their own.
+        let limits = of_kind.iter().map(|violation| violation.limit);
+        let [low, high] = limits.fold([f64::INFINITY, 0.0_f64], |[low, high], limit| [low.min(limit), high.max(limit)]);
+        let limit = if low < high { format!("{} or {}", told(low), told(high)) } else { told(high) };
         let shown = if count > MOST_MARKS { format!(", the smallest {MOST_MARKS} of them marked") } else { String::new() };
         match kind {
             ViolationKind::Island => format!("{count} {called}, white that falls out{shown}"),
-            _ => format!("{count} {called} below {} {unit}, down to {} {unit}{shown}", told(limit), told(least)),
+            _ => format!("{count} {called} below {limit} {unit}, down to {} {unit}{shown}", told(least)),
         }
     }
 

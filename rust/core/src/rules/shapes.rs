@@ -19,7 +19,7 @@ use crate::offset::Polygon;
 
 /// How far areas may lie from the curves where this is the narrowest limit: so much of it, and never more than so many mm, since what a
 /// check allows is no more than a few times that (see [`super::check`]). Less is more points.
-const OF_LIMIT: f64 = 0.0075;
+const OF_LIMIT: f64 = 0.01;
 const FARTHEST: f64 = 0.004;
 
 /// The grid of new points is no coarser than this share of the tolerance.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::base::{Ink, Result, distance_to_segment};
 use crate::offset::{Polygon, area, intersection, offset, subtracted, united};
 use crate::rules::boxes::{Bounds, Boxes};
-use crate::rules::fits::{Strip, Suspects};
+use crate::rules::fits::{Disc, Strip, Suspects};
 use crate::rules::near::nearest_on;
 use kurbo::{Point, Vec2};
 
@@ -39,26 +39,23 @@ impl Opened {
     ///
     /// # Errors
     /// [`crate::Error::Input`] for coordinates that are not finite.
-    pub(super) fn of(
-        black: &[Polygon],
-        size: [f64; 2],
-        ink: Ink,
-        diameter: f64,
-        tolerance: f64,
-        within: Option<&Boxes>,
-    ) -> Result<Self> {
-        let suspects = Suspects::of(black, size, ink, diameter, tolerance, within);
+    pub(super) fn of(black: &[Polygon], size: [f64; 2], disc: Disc, within: Option<&Boxes>) -> Result<Self> {
+        let suspects = Suspects::of(black, size, disc, within);
         if suspects.is_empty() {
             return Ok(Self { areas: Vec::new(), thin: Vec::new() });
         }
-        let strips = suspects.cut_out(black, size)?;
+        Self::of_strips(&suspects.cut_out(black, size)?, &suspects, size[0], disc)
+    }
+
+    fn of_strips(strips: &[Strip], suspects: &Suspects, width: f64, disc: Disc) -> Result<Self> {
+        let Disc { ink, diameter, tolerance } = disc;
         let of_strip = |Strip { areas: black, band }: &Strip| -> Result<Self> {
             let sign = if ink == Ink::Black { -1.0 } else { 1.0 };
             let moved = offset(black, sign * 0.5 * diameter, tolerance)?;
             let areas = offset(&moved, -sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
             let thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
             let Some([top, bottom]) = *band else { return Ok(Self { areas, thin }) };
-            let band = Bounds([-diameter, top, size[0] + diameter, bottom]).area();
+            let band = Bounds([-diameter, top, width + diameter, bottom]).area();
             Ok(Self { areas, thin: intersection(&thin, &[band])? })
         };
         let mut opened = strips.par_iter().map(of_strip).collect::<Result<Vec<_>>>()?;
@@ -73,6 +70,30 @@ impl Opened {
         thin.retain(|part| Bounds::of(&part[0]).longer_side() > DUST * tolerance && suspects.holds(part));
         Ok(Self { areas, thin })
     }
+
+    /// The thin parts that count, and the others: corners.
+    pub(super) fn apart(self, black: &[Polygon], disc: Disc) -> [Vec<Polygon>; 2] {
+        let (arcs, own) = (Points::of(&self.areas), Points::of(black));
+        let counts = |part: &Polygon| measured(part.clone(), &own, &arcs, disc.diameter).is_some();
+        let (thin, corners) = self.thin.into_par_iter().partition(counts);
+        [thin, corners]
+    }
+
+    /// What of the thin parts counts.
+    fn measured(self, black: &[Polygon], disc: Disc) -> Vec<Thin> {
+        if self.thin.is_empty() {
+            return Vec::new();
+        }
+        let (arcs, own) = (Points::of(&self.areas), Points::of(black));
+        let parts = self.thin.into_par_iter().filter(|part| !is_sliver(part, disc));
+        parts.filter_map(|part| measured(part, &own, &arcs, disc.diameter)).collect()
+    }
+}
+
+/// Whether a part is none: see [`SLIVER`].
+fn is_sliver(part: &Polygon, disc: Disc) -> bool {
+    let length = Bounds::of(&part[0]).longer_side();
+    length < 0.5 * disc.diameter && area(std::slice::from_ref(part)) < SLIVER * disc.tolerance * length
 }
 
 /// What is thin, and a hair more: what is taken off areas or added to them has to lie over their outlines and not on them.
@@ -100,17 +121,35 @@ pub(super) struct Thin {
 ///
 /// # Errors
 /// As [`Opened::of`].
-pub(super) fn thin(black: &[Polygon], size: [f64; 2], ink: Ink, diameter: f64, tolerance: f64) -> Result<Vec<Thin>> {
-    let opened = Opened::of(black, size, ink, diameter, tolerance, None)?;
-    let arcs = Points::of(&opened.areas);
-    let own = Points::of(black);
-    let is_none = |part: &Polygon| {
-        let length = Bounds::of(&part[0]).longer_side();
-        length < 0.5 * diameter && area(std::slice::from_ref(part)) < SLIVER * tolerance * length
-    };
-    let parts = opened.thin.into_par_iter().filter(|part| !is_none(part));
-    Ok(parts.filter_map(|part| measured(part, &own, &arcs, diameter)).collect())
+pub(super) fn thin(black: &[Polygon], size: [f64; 2], disc: Disc) -> Result<Vec<Thin>> {
+    Ok(Opened::of(black, size, disc, None)?.measured(black, disc))
 }
+
+/// Whether a disc does not fit somewhere: in a thin part, or in a corner that is about as sharp as a right angle.
+///
+/// # Errors
+/// As [`Opened::of`].
+pub(super) fn has_thin(black: &[Polygon], size: [f64; 2], disc: Disc) -> Result<bool> {
+    let suspects = Suspects::of(black, size, disc, None);
+    if suspects.is_empty() {
+        return Ok(false);
+    }
+    // Where there is one there are mostly many: the first strips tell.
+    for strips in suspects.cut_out(black, size)?.chunks(AT_ONCE) {
+        let opened = Opened::of_strips(strips, &suspects, size[0], disc)?;
+        let is_large = |part: &Polygon| area(std::slice::from_ref(part)) > CORNER * disc.diameter * disc.diameter;
+        if opened.thin.iter().any(is_large) || !opened.measured(black, disc).is_empty() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// A corner of a right angle loses so much of the disc's square, and a half.
+const CORNER: f64 = 0.035;
+
+/// Strips that are looked at together.
+const AT_ONCE: usize = 2;
 
 /// Points that can be asked for, sorted.
 struct Points {
@@ -287,6 +326,10 @@ mod tests {
     const TOLERANCE: f64 = 0.002;
     const SIZE: [f64; 2] = [20.0, 20.0];
 
+    fn disc(ink: Ink, diameter: f64) -> Disc {
+        Disc { ink, diameter, tolerance: TOLERANCE }
+    }
+
     fn polygon(points: &[[f64; 2]]) -> Polygon {
         vec![points.to_vec()]
     }
@@ -313,12 +356,12 @@ mod tests {
     #[test]
     fn a_neck_is_as_wide_as_its_bar() {
         for width in [0.1, 0.25, 0.39] {
-            let found = thin(&[dumbbell(width)], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
+            let found = thin(&[dumbbell(width)], SIZE, disc(Ink::Black, 0.4)).unwrap();
             assert_eq!(found.len(), 1, "{width}");
             assert!((found[0].width - width).abs() < 0.005, "{} for {width}", found[0].width);
             assert!((found[0].place[1] - 2.0).abs() < 0.01 && (4.0..8.0).contains(&found[0].place[0]));
         }
-        assert!(thin(&[dumbbell(0.41)], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap().is_empty());
+        assert!(thin(&[dumbbell(0.41)], SIZE, disc(Ink::Black, 0.4)).unwrap().is_empty());
     }
 
     #[test]
@@ -327,10 +370,10 @@ mod tests {
             polygon(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]),
             polygon(&[[4.3, 0.0], [9.0, 0.0], [9.0, 4.0], [4.3, 4.0]]),
         ];
-        let found = thin(&areas, SIZE, Ink::White, 0.4, TOLERANCE).unwrap();
+        let found = thin(&areas, SIZE, disc(Ink::White, 0.4)).unwrap();
         assert_eq!(found.len(), 1);
         assert!((found[0].width - 0.3).abs() < 0.005, "{}", found[0].width);
-        assert!(thin(&areas, SIZE, Ink::White, 0.29, TOLERANCE).unwrap().is_empty());
+        assert!(thin(&areas, SIZE, disc(Ink::White, 0.29)).unwrap().is_empty());
     }
 
     #[test]
@@ -339,14 +382,14 @@ mod tests {
             (polygon(&[[0.0, 0.0], [6.0, 0.0], [6.0, 0.2], [0.0, 0.2]]), 0.2),
             (polygon(&crate::base::circle_polygon([3.0, 3.0], 0.15, 0.001)), 0.3),
         ] {
-            let found = thin(&[points], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
+            let found = thin(&[points], SIZE, disc(Ink::Black, 0.4)).unwrap();
             assert_eq!(found.len(), 1);
             assert!((found[0].width - width).abs() < 0.02, "{} for {width}", found[0].width);
         }
         // A ring: all of it is outline, too.
         let mut ring = polygon(&crate::base::circle_polygon([3.0, 3.0], 2.0, 0.001));
         ring.push(crate::base::circle_polygon([3.0, 3.0], 1.75, 0.001).into_iter().rev().collect());
-        let found = thin(&[ring], SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
+        let found = thin(&[ring], SIZE, disc(Ink::Black, 0.4)).unwrap();
         assert_eq!(found.len(), 1);
         assert!((found[0].width - 0.25).abs() < 0.02, "{}", found[0].width);
     }
@@ -366,7 +409,7 @@ mod tests {
                 [0.0, -4.0],
             ])];
             let tip: Vec<Polygon> = tip.iter().map(|area| vec![area[0].iter().rev().copied().collect()]).collect();
-            let found = thin(&tip, SIZE, Ink::Black, 0.4, TOLERANCE).unwrap();
+            let found = thin(&tip, SIZE, disc(Ink::Black, 0.4)).unwrap();
             assert_eq!(found.len(), usize::from(counts), "{height}");
             assert!(found.iter().all(|thin| (thin.place[1] + 4.0 + height).abs() < 1e-3));
         }

@@ -94,17 +94,17 @@ mod tests {
 
     #[test]
     fn dots_are_larger_where_they_cover_more() {
-        // Dots every mm, twice as large on the right; what lies below 20 mm is no ground.
-        let places = (0..3200).map(|i| [f64::from(i % 80) + 0.5, f64::from(i / 80) + 0.5]);
-        let areas: Vec<([f64; 2], f64)> =
-            places.filter(|p| p[1] < 20.0).map(|p| (p, if p[0] < 40.0 { 0.15 } else { 0.3 })).collect();
+        // Dots every quarter of a mm, twice as large on the right; what lies below 20 mm is no ground.
+        let places = (0..51_200).map(|i| [f64::from(i % 320) * 0.25 + 0.1, f64::from(i / 320) * 0.25 + 0.1]);
+        let area = |p: [f64; 2]| if p[0] < 40.0 { 0.2 } else { 0.35 } / 16.0;
+        let areas: Vec<([f64; 2], f64)> = places.filter(|p| p[1] < 20.0).map(|p| (p, area(p))).collect();
         let usual = Usual::of(areas.into_iter(), [0.3, 0.3], [80.0, 40.0], |p| p[1] < 20.0);
         let expected = |share: f64| {
             let c = (share / PACKING).sqrt();
             0.3 * c / (1.0 - c)
         };
-        assert!((usual.diameter([10.0, 8.0]) - expected(0.15)).abs() < 0.02, "{}", usual.diameter([10.0, 8.0]));
-        assert!((usual.diameter([70.0, 8.0]) - expected(0.3)).abs() < 0.04, "{}", usual.diameter([70.0, 8.0]));
+        assert!((usual.diameter([10.0, 8.0]) - expected(0.2)).abs() < 0.04, "{}", usual.diameter([10.0, 8.0]));
+        assert!((usual.diameter([70.0, 8.0]) - expected(0.35)).abs() < 0.08, "{}", usual.diameter([70.0, 8.0]));
         assert_eq!(usual.diameter([10.0, 35.0]), 0.3);
         // Without a limit there is nothing that they must be.
         assert_eq!(Usual::of(std::iter::empty(), [0.0, 0.3], [80.0, 40.0], |_| true).diameter([1.0, 1.0]), 0.0);
