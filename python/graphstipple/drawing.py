@@ -381,9 +381,7 @@ class Drawing:
         pens = _plain(pen=pen, fill=fill, dots=dots, order=order, overlap=overlap, bleed=bleed, angle=angle)
         return Plot(_core.plot(self._core, pens | _given(refill=refill), settings))
 
-    def check(
-        self, rules: Rules, *, width: Length | None = None, margin: Length | None = None, page: str | None = None
-    ) -> Report:
+    def check(self, rules: Rules, *, width: Length | None = None, margin: Length | None = None, page: str | None = None) -> Report:
         """Return what of the drawing breaks rules at its size on paper: what is too narrow or too small, and what falls out.
 
         Parameters

@@ -43,8 +43,8 @@ class Rules:
     min_area : float or str, optional
         Smallest area of a region of either ink, from 0.0001 to 1000000 mm^2, and of an island that gets a bridge.
     islands : {"allow", "report", "bridge"}
-        What is done about islands: white that black surrounds, which falls out of a stencil. They may be, they are reported and stay,
-        or they are joined to the frame.
+        What is done about islands: white that black surrounds, which falls out of a stencil. They may be, they are reported and
+        stay, or they are joined to the frame.
 
     Raises
     ------
