@@ -144,7 +144,8 @@ class _Workers:
             for worker in self.busy:
                 if worker.process:
                     with contextlib.suppress(OSError):
-                        os.kill(worker.process, signal.SIGTERM)
+                        # They listen to no other; Windows has but this one.
+                        os.kill(worker.process, getattr(signal, "SIGKILL", signal.SIGTERM))
         for worker in [*self.idle, *self.busy]:
             worker.pool.shutdown(wait=True, cancel_futures=True)
 

@@ -206,12 +206,14 @@ def _made(recipe: Recipe) -> _core.Recipe:
 def begin() -> int:
     """Begin as a worker of this machine, and return the number of the process.
 
-    Ctrl-C is for the one who waits for workers; when that one is gone, they go too.
+    Ctrl-C and SIGTERM, which may come to the whole group, are for the one who waits for workers; when that one is gone, they go
+    too.
     """
     import multiprocessing  # noqa: PLC0415  # other workers have no parent
     import threading  # noqa: PLC0415
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None and not _begun:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()

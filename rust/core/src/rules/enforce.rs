@@ -233,7 +233,8 @@ impl Work<'_> {
         let holes = dots.map(|dot| vec![circle_polygon([dot.x, dot.y].map(|v| v * scale), dot.radius * scale, self.tolerance())]);
         let holes: Vec<Polygon> = holes.collect();
         if !holes.is_empty() {
-            self.changed.extend(changes_of(&holes, -1.0, self.part()));
+            // The dots count as lost later: they are in what the areas lack.
+            self.changed.extend(changes_of(&holes, 1.0, self.part()));
             self.patch(&holes, false)?;
         }
         Ok(())
