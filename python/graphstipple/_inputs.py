@@ -34,6 +34,11 @@ NOTHING = (False, None, None, None, False)
 DTYPES = "bool, uint8, uint16, or floats in [0, 1]"
 
 
+def plain(value: object) -> object:
+    """Return NumPy's scalars as Python's."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def is_pil(image: object) -> TypeGuard[Image.Image]:
     """Whether it is a PIL image; there is none before somebody has imported Pillow."""
     module = sys.modules.get("PIL.Image")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import GraphStippleError, GraphStippleWarning, InvalidInputError, MissingPackageError
-from graphstipple._inputs import checked_width, path_to_read, path_to_write
+from graphstipple._inputs import checked_width, path_to_read, path_to_write, plain
 from graphstipple.options import Options
 from graphstipple.plots import HEAVY_SVG_BYTES, Fill, PenDots, PenOrder, Plot
 from graphstipple.rules import Changes, Report, Rules, checked_rules
@@ -623,7 +623,7 @@ def _checked_part(part: object) -> tuple[float, float, float, float]:
 
 def plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return settings by name with NumPy's scalars as Python's."""
-    return {name: value.item() if isinstance(value, np.generic) else value for name, value in settings.items()}
+    return {name: plain(value) for name, value in settings.items()}
 
 
 def _plain(**settings: Any) -> dict[str, Any]:

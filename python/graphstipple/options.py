@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeVar
 
-import numpy as np
-
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
+from graphstipple._inputs import plain
 from graphstipple._option_fields import OURS, OptionFields, PublishedFields
 
 T = TypeVar("T", bound="_Checked")
@@ -53,11 +52,6 @@ def _fields(options: Any) -> dict[str, Any]:
     return {field.name: getattr(options, field.name) for field in dataclasses.fields(options)}
 
 
-def _plain(value: object) -> object:
-    """Return NumPy's scalars as Python's."""
-    return value.item() if isinstance(value, np.generic) else value
-
-
 def _store(options: PublishedFields | OptionFields, core: _core.Options, values: dict[str, Any]) -> None:
     """Keep the values as Rust has them, and what it has checked."""
     for name, value in values.items():
@@ -75,7 +69,7 @@ class Published(PublishedFields, _Checked):  # noqa: D101  # it has that of its 
     __doc__ = PublishedFields.__doc__
 
     def __post_init__(self) -> None:
-        core = _core.Options({f"published.{name}": _plain(value) for name, value in _fields(self).items()})
+        core = _core.Options({f"published.{name}": plain(value) for name, value in _fields(self).items()})
         # What Rust makes of the values is stored, so that density=1 and density=1.0 are equal.
         _store(self, core, core.values()["published"])
 
@@ -89,7 +83,7 @@ class Options(OptionFields, _Checked):  # noqa: D101  # it has that of its field
     def __post_init__(self) -> None:
         if not isinstance(self.published, Published):
             raise InvalidInputError(f"published is {self.published!r}, but it must be graphstipple.Published")
-        values = {name: _plain(value) for name, value in _fields(self).items() if name != "published"}
+        values = {name: plain(value) for name, value in _fields(self).items() if name != "published"}
         core = _core.Options(values, self.published._checked)
         _store(self, core, {name: value for name, value in core.values().items() if name != "published"})
 

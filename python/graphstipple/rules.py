@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
-import numpy as np
-
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
-from graphstipple._inputs import path_to_write
+from graphstipple._inputs import path_to_write, plain
 from graphstipple.plots import HEAVY_SVG_BYTES
 
 if TYPE_CHECKING:
@@ -59,7 +57,7 @@ class Rules:
     islands: Islands = "allow"
 
     def __post_init__(self) -> None:
-        _store(self, _core.Rules({field.name: _plain(getattr(self, field.name)) for field in dataclasses.fields(self)}))
+        _store(self, _core.Rules({field.name: plain(getattr(self, field.name)) for field in dataclasses.fields(self)}))
 
     @classmethod
     def process(cls, name: str, **changes: Any) -> Rules:
@@ -108,11 +106,6 @@ def _store(rules: Rules, core: _core.Rules) -> None:
     for name, value in core.values():
         object.__setattr__(rules, name, value)
     object.__setattr__(rules, "_checked", core)
-
-
-def _plain(value: object) -> object:
-    """Return NumPy's scalars as Python's."""
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def checked_rules(rules: object) -> _core.Rules:

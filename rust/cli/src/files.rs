@@ -40,10 +40,7 @@ pub fn format_of_path(path: &Path) -> Result<Format> {
 /// # Errors
 /// [`Error::Usage`] for any other suffix or none, with those that are allowed.
 pub fn suffix_of_plot(path: &Path) -> Result<MachineFormat> {
-    let suffix = path.extension().and_then(OsStr::to_str);
-    suffix
-        .and_then(|suffix| MachineFormat::of_suffix(suffix).ok())
-        .ok_or_else(|| Error::Usage(format!("{}: the suffix of a plot must be {}", path.display(), MachineFormat::SUFFIXES)))
+    by_suffix(path, |suffix| MachineFormat::of_suffix(suffix).ok(), "plot", MachineFormat::SUFFIXES)
 }
 
 /// The format of a report by its file's suffix.
@@ -51,10 +48,13 @@ pub fn suffix_of_plot(path: &Path) -> Result<MachineFormat> {
 /// # Errors
 /// [`Error::Usage`] for any other suffix or none, with those that are allowed.
 pub fn suffix_of_report(path: &Path) -> Result<ReportFormat> {
-    let suffix = path.extension().and_then(OsStr::to_str);
-    suffix
-        .and_then(|suffix| ReportFormat::of_suffix(suffix).ok())
-        .ok_or_else(|| Error::Usage(format!("{}: the suffix of a report must be {}", path.display(), ReportFormat::SUFFIXES)))
+    by_suffix(path, |suffix| ReportFormat::of_suffix(suffix).ok(), "report", ReportFormat::SUFFIXES)
+}
+
+/// What a path's suffix stands for, or what is allowed for such a file.
+fn by_suffix<T>(path: &Path, read: impl Fn(&str) -> Option<T>, file: &str, allowed: &str) -> Result<T> {
+    let found = path.extension().and_then(OsStr::to_str).and_then(read);
+    found.ok_or_else(|| Error::Usage(format!("{}: the suffix of a {file} must be {allowed}", path.display())))
 }
 
 /// What another program is handed of an image that the core does not support.

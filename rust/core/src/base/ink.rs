@@ -18,6 +18,14 @@ impl Ink {
         if label == 0 { Self::Black } else { Self::White }
     }
 
+    /// 1 for black and -1 for white: what its area adds to the black that there is.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Black => 1.0,
+            Self::White => -1.0,
+        }
+    }
+
     /// The other one.
     pub fn other(self) -> Self {
         match self {

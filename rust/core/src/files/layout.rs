@@ -89,6 +89,11 @@ impl Length {
     pub fn points(self) -> f64 {
         self.value * self.unit.points()
     }
+
+    /// The length in mm.
+    pub fn mm(self) -> f64 {
+        self.points() / 72.0 * 25.4
+    }
 }
 
 impl fmt::Display for Length {

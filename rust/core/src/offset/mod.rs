@@ -10,4 +10,5 @@ mod offset;
 mod simplify;
 
 pub use offset::{Polygon, area, closed, intersection, offset, opened, subtracted, united};
+pub(crate) use simplify::keep;
 pub use simplify::{SIMPLIFIED, simplified, simplified_line};

@@ -44,7 +44,7 @@ pub fn simplified_line(line: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
 }
 
 /// Marks the points that are kept of spans from one point to another: their ends, and the farthest from the chord where it is too far.
-fn keep(at: &dyn Fn(usize) -> Point, spans: &[(usize, usize)], tolerance: f64, kept: &mut [bool]) {
+pub(crate) fn keep(at: &dyn Fn(usize) -> Point, spans: &[(usize, usize)], tolerance: f64, kept: &mut [bool]) {
     let mut spans = spans.to_vec();
     while let Some((begin, end)) = spans.pop() {
         (kept[begin], kept[end]) = (true, true);

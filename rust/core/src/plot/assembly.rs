@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::base::{Checked, Control, Error, Ink, Pool, Result};
 use crate::drawing::Drawing;
-use crate::files::Export;
+use crate::files::{Export, Length};
 use crate::offset::{Polygon, area};
 use crate::options::Inks;
 use crate::plot::contour::{Filled, Spacing, contours, outlined};
@@ -13,7 +13,7 @@ use crate::plot::hatch::hatched;
 use crate::plot::order::ordered;
 use crate::plot::path::{Path, PlotLayer};
 use crate::plot::plot::Plot;
-use crate::plot::settings::{Fill, Pen, PenOrder, mm};
+use crate::plot::settings::{Fill, Pen, PenOrder};
 
 /// mm to the point.
 const MM_PER_POINT: f64 = 25.4 / 72.0;
@@ -33,13 +33,13 @@ pub fn plot(drawing: &Drawing, pen: &Checked<Pen>, export: &Checked<Export>, con
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let scale = placement.scale * MM_PER_POINT;
     let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
-    let width = mm(pen.pen);
+    let width = pen.pen.mm();
     let shorter = size[0].min(size[1]);
     if width > shorter {
         let allowed = format!("at most the shorter side of the drawing, {shorter:.3} mm");
         return Err(Error::option("pen", pen.pen, allowed));
     }
-    let spacing = Spacing { pen: width, apart: width * (1.0 - pen.overlap), inset: 0.5 * width - mm(pen.bleed) };
+    let spacing = Spacing { pen: width, apart: width * (1.0 - pen.overlap), inset: 0.5 * width - pen.bleed.mm() };
     let inks: &[Ink] = match export.inks {
         Inks::Black => &[Ink::Black],
         Inks::White => &[Ink::White],
@@ -72,7 +72,7 @@ pub fn plot(drawing: &Drawing, pen: &Checked<Pen>, export: &Checked<Export>, con
         layers,
         thin,
         small_dots,
-        refill: pen.refill.map(mm),
+        refill: pen.refill.map(Length::mm),
         paper: export.paper.clone(),
         provenance: drawing.provenance.clone(),
     })

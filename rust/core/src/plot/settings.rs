@@ -89,7 +89,7 @@ pub const PEN_SETTINGS: &[PenSetting] = &[
         sentence: "Draw paths for a pen of this width in place of areas",
         default: "areas",
         allowed: "a width of at least 0.01mm, with mm, cm, in, pt or px, such as 0.3mm",
-        set: |pen, value| length(value).filter(|width| mm(*width) >= FINEST).map(|width| pen.pen = width),
+        set: |pen, value| length(value).filter(|width| width.mm() >= FINEST).map(|width| pen.pen = width),
     },
     PenSetting {
         name: "fill",
@@ -161,11 +161,6 @@ fn line(value: &Value) -> Option<Length> {
     }
 }
 
-/// A length in mm.
-pub(super) fn mm(length: Length) -> f64 {
-    length.points() / 72.0 * 25.4
-}
-
 impl Pen {
     /// A pen of this width, as somebody gives it, with everything else at its default.
     ///
@@ -205,7 +200,7 @@ impl Pen {
     /// # Errors
     /// [`Error::Option`] for the first that does not.
     pub fn check(self) -> Result<Checked<Self>> {
-        if mm(self.bleed) > 0.5 * mm(self.pen) {
+        if self.bleed.mm() > 0.5 * self.pen.mm() {
             return Err(Error::option("pen_bleed", self.bleed, format!("at most half the pen's width, which is {}", self.pen)));
         }
         Ok(Checked::of(self))
@@ -249,7 +244,7 @@ mod tests {
             pen.set(name, &value).unwrap();
             assert_ne!(pen, before, "{name}");
         }
-        assert!((mm(pen.refill.unwrap()) - 50_000.0).abs() < 1e-6);
+        assert!((pen.refill.unwrap().mm() - 50_000.0).abs() < 1e-6);
         assert_eq!((pen.overlap, pen.angle), (0.25, 30.0));
         pen.check().unwrap();
     }

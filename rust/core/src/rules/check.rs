@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use crate::base::{Checked, Control, Ink, Pool, Result};
 use crate::drawing::Drawing;
-use crate::outlines::Stipple;
 use crate::rules::boxes::Bounds;
 use crate::rules::fits::Disc;
 use crate::rules::islands::inside;
@@ -36,8 +35,7 @@ pub(super) fn allowance(limit: f64) -> f64 {
 
 /// How exactly areas follow curves where these are the rules, in mm.
 pub(super) fn tolerance_of(rules: &Rules) -> f64 {
-    let limits = [rules.min_feature, rules.min_gap, rules.min_dot, rules.min_area.map(f64::sqrt)];
-    let finest = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    let finest = rules.finest().min(rules.min_area.map_or(f64::INFINITY, f64::sqrt));
     tolerance_for(if finest.is_finite() { finest } else { 1.0 })
 }
 
@@ -61,7 +59,7 @@ pub fn check(drawing: &Drawing, rules: &Checked<Rules>, scale: f64, control: &Co
             let place = a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x));
             a.kind.cmp(&b.kind).then(place).then(a.measured.total_cmp(&b.measured))
         });
-        let [width, height] = [drawing.width, drawing.height].map(|side| side as f64 * scale);
+        let [width, height] = shapes.size();
         Ok(Report { width, height, scale, rules: **rules, violations, changes: None })
     })
 }
@@ -73,7 +71,7 @@ fn too_thin(shapes: &Shapes, rules: &Rules, ink: Ink) -> Result<Vec<Violation>> 
         return Ok(Vec::new());
     }
     let kind = if ink == Ink::Black { ViolationKind::Neck } else { ViolationKind::Gap };
-    let of = |Thin { width, length, place: [x, y], outline, .. }: Thin| {
+    let of = |Thin { width, length, place: [x, y], outline }: Thin| {
         let measured = width.min(limit - allowance(limit));
         Violation { kind, x, y, measured, limit, length, shape: Shape::Area(outline) }
     };
@@ -84,28 +82,19 @@ fn too_thin(shapes: &Shapes, rules: &Rules, ink: Ink) -> Result<Vec<Violation>> 
 
 /// Dots that are too small, or too near to something.
 fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Violation>> {
-    let (drawing, scale) = (shapes.drawing, shapes.scale);
+    let drawing = shapes.drawing;
     if drawing.stipples.is_empty() {
         return Ok(Vec::new());
     }
     let size = shapes.size();
     let near = Near::of(&shapes.black, size);
-    let circle = |dot: &Stipple| ([dot.x * scale, dot.y * scale], dot.radius * scale);
     let mut violations = Vec::new();
     for ink in [Ink::Black, Ink::White] {
         control.check()?;
-        let dots: Vec<([f64; 2], f64)> = drawing.stipples.iter().filter(|dot| dot.ink == ink).map(circle).collect();
+        let dots: Vec<([f64; 2], f64)> = drawing.stipples.iter().filter(|dot| dot.ink == ink).map(|dot| shapes.disc(dot)).collect();
         let least = rules.least_dot(ink);
         let small = dots.iter().filter(|(_, radius)| 2.0 * radius < least - allowance(least));
-        violations.extend(small.map(|([x, y], radius)| Violation {
-            kind: ViolationKind::Dot,
-            x: *x,
-            y: *y,
-            measured: 2.0 * radius,
-            limit: least,
-            length: 2.0 * radius,
-            shape: Shape::Circle(*radius),
-        }));
+        violations.extend(small.map(|disc| of_disc(ViolationKind::Dot, *disc, 2.0 * disc.1, least)));
         // Between a dot and what has its ink lies the other ink.
         let limit = rules.narrowest(ink.other());
         if limit == 0.0 {
@@ -150,7 +139,7 @@ fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Viol
 
 /// Regions that are too small, and islands.
 fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
-    let (drawing, scale) = (shapes.drawing, shapes.scale);
+    let drawing = shapes.drawing;
     let mut violations = Vec::new();
     let reports_islands = rules.islands != Islands::Allow;
     let least = rules.min_area.unwrap_or(0.0);
@@ -193,17 +182,14 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
     violations.extend(found.into_iter().flatten());
     if reports_islands {
         violations.extend(drawing.stipples.iter().filter(|dot| dot.ink == Ink::White).map(|dot| {
-            let radius = dot.radius * scale;
-            Violation {
-                kind: ViolationKind::Island,
-                x: dot.x * scale,
-                y: dot.y * scale,
-                measured: std::f64::consts::PI * radius * radius,
-                limit: 0.0,
-                length: 2.0 * radius,
-                shape: Shape::Circle(radius),
-            }
+            let disc = shapes.disc(dot);
+            of_disc(ViolationKind::Island, disc, std::f64::consts::PI * disc.1 * disc.1, 0.0)
         }));
     }
     violations
+}
+
+/// What is wrong with a dot.
+fn of_disc(kind: ViolationKind, ([x, y], radius): ([f64; 2], f64), measured: f64, limit: f64) -> Violation {
+    Violation { kind, x, y, measured, limit, length: 2.0 * radius, shape: Shape::Circle(radius) }
 }

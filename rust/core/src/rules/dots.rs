@@ -93,25 +93,22 @@ impl<'a> Placing<'a> {
     /// `changes` are what the regions of `shapes` have lost and gained. Dots that need no room by the rules need none at all where
     /// `trusts` says so: they had enough before, but regions may touch them now.
     pub(super) fn new(shapes: &'a Shapes<'a>, old: &'a [Stipple], changes: &[Change], rules: &'a Rules, trusts: bool) -> Self {
-        let (scale, drawing) = (shapes.scale, shapes.drawing);
-        let size = [drawing.width, drawing.height].map(|side| side as f64 * scale);
+        let size = shapes.size();
         let side = size[0].max(size[1]);
         let mut events: Vec<(u32, Event)> = Vec::with_capacity(old.len() + changes.len());
-        let at = |dot: &Stipple| [dot.x * scale, dot.y * scale];
+        let at = |dot: &Stipple| shapes.disc(dot).0;
         events.extend(old.iter().enumerate().map(|(index, dot)| (along_curve(at(dot), side), Event::Dot(index))));
         events.extend(changes.iter().map(|change| (along_curve(change.place, side), Event::Change(change.missing))));
         // What is equal stays in its order.
         events.sort_by_key(|(along, _)| *along);
         let events = events.into_iter().map(|(_, event)| event).collect();
-        let limits = [rules.min_feature, rules.min_gap, rules.min_dot];
-        let finest = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
+        let finest = rules.finest();
         let allowance = if finest.is_finite() { 0.5 * allowance(finest) } else { 0.0 };
         let near = Near::of(&shapes.black, size);
         let usual = [Ink::Black, Ink::White].map(|ink| {
-            let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
-            let area = |dot: &Stipple| std::f64::consts::PI * (dot.radius * scale).powi(2);
+            let area = |dot: &Stipple| disc_area(shapes.disc(dot).1);
             let dots = old.iter().filter(|dot| dot.ink == ink).map(|dot| (at(dot), area(dot)));
-            let changed = changes.iter().map(|change| (change.place, sign * change.missing));
+            let changed = changes.iter().map(|change| (change.place, ink.sign() * change.missing));
             Usual::of(dots.chain(changed), [rules.least_dot(ink), rules.narrowest(ink.other())], size, |p| near.ink(p) != ink)
         });
         Self { shapes, old, rules, events, near, usual, size, allowance, trusts }
@@ -124,8 +121,8 @@ impl<'a> Placing<'a> {
     /// [`crate::Error::Cancelled`].
     pub(super) fn placed(&self, wanted: f64, canvas: f64, control: &Control) -> Result<(Vec<Stipple>, DotCounts)> {
         let black = crate::offset::area(&self.shapes.black);
-        let area = |dot: &Stipple| std::f64::consts::PI * (dot.radius * self.shapes.scale).powi(2);
-        let signed = |dot: &Stipple| if dot.ink == Ink::Black { area(dot) } else { -area(dot) };
+        let area = |dot: &Stipple| disc_area(self.shapes.disc(dot).1);
+        let signed = |dot: &Stipple| dot.ink.sign() * area(dot);
         let (begun, stays) = self.as_they_are(control)?;
         let loose: f64 = self.old.iter().zip(&stays).filter(|(_, stays)| stays.is_none()).map(|(dot, _)| area(dot)).sum();
         let mut best: Option<(f64, Placed)> = None;
@@ -178,11 +175,7 @@ impl<'a> Placing<'a> {
                 dot.ink == ink && dot.radius * scale >= least
             });
             let numbers: Vec<usize> = of_ink.collect();
-            let disc = |index: &usize| {
-                let dot = &self.old[*index];
-                ([dot.x * scale, dot.y * scale], dot.radius * scale)
-            };
-            let discs: Vec<([f64; 2], f64)> = numbers.iter().map(disc).collect();
+            let discs: Vec<([f64; 2], f64)> = numbers.iter().map(|index| self.shapes.disc(&self.old[*index])).collect();
             let pairs = Pairs::of(&discs, self.size);
             let crowded: Vec<usize> = (0..discs.len())
                 .into_par_iter()
@@ -198,7 +191,7 @@ impl<'a> Placing<'a> {
 
     /// All others, with black worth so much more than it is.
     fn trial(&self, mut placed: Placed, stays: &[Option<f64>], more: f64, control: &Control) -> Result<Placed> {
-        let area = |radius: f64| std::f64::consts::PI * (radius * self.shapes.scale).powi(2);
+        let area = |radius: f64| disc_area(radius * self.shapes.scale);
         let mut missing = 0.0;
         for (count, event) in self.events.iter().enumerate() {
             if count.is_multiple_of(1 << 12) {
@@ -208,7 +201,7 @@ impl<'a> Placing<'a> {
                 Event::Change(by) => missing += by,
                 Event::Dot(index) => {
                     let dot = &self.old[index];
-                    let sign = if dot.ink == Ink::Black { 1.0 } else { -1.0 };
+                    let sign = dot.ink.sign();
                     if let Some(radius) = stays[index] {
                         missing += sign * (area(dot.radius) - area(radius));
                         continue;
@@ -232,12 +225,12 @@ impl<'a> Placing<'a> {
 
     /// The area of the least dot of an ink, in mm^2.
     fn least_area(&self, ink: Ink) -> f64 {
-        std::f64::consts::PI * (0.5 * self.rules.least_dot(ink)).powi(2)
+        disc_area(0.5 * self.rules.least_dot(ink))
     }
 
     /// The area that dots of its ink usually have where one is, in mm^2.
     fn usual_area(&self, dot: &Stipple) -> f64 {
-        let diameter = self.usual[dot.ink as usize].diameter([dot.x, dot.y].map(|v| v * self.shapes.scale));
+        let diameter = self.usual[dot.ink as usize].diameter(self.shapes.disc(dot).0);
         0.25 * std::f64::consts::PI * diameter * diameter
     }
 
@@ -274,15 +267,15 @@ impl<'a> Placing<'a> {
     }
 
     fn add(&self, dot: Stipple, placed: &mut Placed) {
-        let scale = self.shapes.scale;
-        placed.discs.add([dot.x * scale, dot.y * scale], dot.radius * scale);
+        let (centre, radius) = self.shapes.disc(&dot);
+        placed.discs.add(centre, radius);
         placed.dots.push(dot);
     }
 
     /// Places a dot that is large enough, as it is or smaller; its radius in pixels.
     fn as_it_is(&self, dot: &Stipple, is_crowded: bool, placed: &mut Placed) -> Option<f64> {
         let scale = self.shapes.scale;
-        let (p, radius) = ([dot.x * scale, dot.y * scale], dot.radius * scale);
+        let (p, radius) = self.shapes.disc(dot);
         let least = 0.5 * (self.rules.least_dot(dot.ink) - self.allowance);
         if radius < least || is_crowded || !self.may_be(dot.ink) || self.near.ink(p) == dot.ink {
             return None;
@@ -297,7 +290,7 @@ impl<'a> Placing<'a> {
             return None;
         }
         let smaller = Stipple::on_grid(Point::new(dot.x, dot.y), room / scale, self.shapes.drawing.units, dot.ink);
-        let (at, own) = ([smaller.x * scale, smaller.y * scale], smaller.radius * scale);
+        let (at, own) = self.shapes.disc(&smaller);
         // The grid moves its centre.
         if own < least || !self.is_on_canvas(&smaller) || self.room(at, dot.ink, own, &placed.discs) < own - self.allowance {
             return None;
@@ -316,7 +309,7 @@ impl<'a> Placing<'a> {
         if least_area == 0.0 || !self.may_be(ink) || missing < 0.5 * usual_area {
             return None;
         }
-        let centre = [dot.x * scale, dot.y * scale];
+        let (centre, _) = self.shapes.disc(dot);
         // Rounded down to the grid it must still be large enough.
         let least = 0.5 * self.rules.least_dot(ink) + 0.02 / units * scale;
         let radius_of = |area: f64| (area / std::f64::consts::PI).sqrt();
@@ -333,7 +326,7 @@ impl<'a> Placing<'a> {
             }
             let radius = room.min(wanted) / scale;
             let drawn = Stipple::on_grid(Point::new(p[0] / scale, p[1] / scale), radius, units, ink);
-            let (at, own) = ([drawn.x * scale, drawn.y * scale], drawn.radius * scale);
+            let (at, own) = self.shapes.disc(&drawn);
             let may_be = own >= 0.5 * self.rules.least_dot(ink) && self.is_on_canvas(&drawn);
             if may_be && self.room(at, ink, own, &placed.discs) >= own - 0.5 * self.allowance {
                 self.add(drawn, placed);
@@ -360,6 +353,17 @@ fn aside(p: [f64; 2], distance: f64) -> impl Iterator<Item = [f64; 2]> {
     directions.into_iter().map(move |[x, y]| [p[0] + distance * x, p[1] + distance * y])
 }
 
+/// The mean of points.
+pub(super) fn middle(points: &[[f64; 2]]) -> [f64; 2] {
+    let sum = points.iter().fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+    sum.map(|v| v / points.len() as f64)
+}
+
+/// The area of a disc of this radius.
+fn disc_area(radius: f64) -> f64 {
+    std::f64::consts::PI * radius.powi(2)
+}
+
 /// Changes where areas came or went: the whole of it in its middle, or in parts along its outline where it is large.
 pub(super) fn changes_of(areas: &[crate::offset::Polygon], sign: f64, part: f64) -> Vec<Change> {
     let mut changes = Vec::new();
@@ -368,12 +372,7 @@ pub(super) fn changes_of(areas: &[crate::offset::Polygon], sign: f64, part: f64)
         let ring = &area[0];
         let parts = ((missing.abs() / part.max(1e-9)) as usize).clamp(1, ring.len());
         for k in 0..parts {
-            let place = if parts == 1 {
-                let sum = ring.iter().fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
-                sum.map(|v| v / ring.len() as f64)
-            } else {
-                ring[k * ring.len() / parts]
-            };
+            let place = if parts == 1 { middle(ring) } else { ring[k * ring.len() / parts] };
             changes.push(Change { place, missing: missing / parts as f64 });
         }
     }
@@ -395,10 +394,6 @@ pub(super) fn black_of(drawing: &Drawing, scale: f64) -> f64 {
         .collect::<Vec<f64>>()
         .iter()
         .sum();
-    let dots: f64 = drawing
-        .stipples
-        .iter()
-        .map(|dot| std::f64::consts::PI * dot.radius * dot.radius * if dot.ink == Ink::Black { 1.0 } else { -1.0 })
-        .sum();
+    let dots: f64 = drawing.stipples.iter().map(|dot| std::f64::consts::PI * dot.radius * dot.radius * dot.ink.sign()).sum();
     (regions + dots) * scale * scale
 }

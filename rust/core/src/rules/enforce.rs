@@ -5,7 +5,8 @@
 //! of the narrowest black, and closed by one of the narrowest white, again until nothing is lost and nothing gained. Opening one may
 //! make the other too narrow, back and forth; so after two rounds all that is still too narrow becomes wide instead, black or white,
 //! whichever the picture has lost, and as that only grows there is an end. Islands that are to have bridges get them before all this, in
-//! label space, where the drawing's graph is known; those that are there after it get straight ones. Last the dots are placed in what the regions have become, where they make up for what was lost and gained (see [`super::dots`]).
+//! label space, where the drawing's graph is known; those that are there after it get straight ones. Last the dots are placed in what the
+//! regions have become, where they make up for what was lost and gained (see [`super::dots`]).
 //!
 //! Each round opens with a disc a hair smaller than the last one did, so that what an earlier one has left is not looked at again for
 //! what is rounded in between. The largest of these is a hair above the limit, the smallest still above what a check looks for.
@@ -25,7 +26,7 @@ use crate::rules::bridges::bridge;
 use crate::rules::bridging::{Bridged, Bridging};
 use crate::rules::changes::Changes;
 use crate::rules::check::{ALLOWANCE_OF_AREA, allowance, tolerance_of};
-use crate::rules::dots::{Change, Placing, black_of, changes_of};
+use crate::rules::dots::{Change, Placing, black_of, changes_of, middle};
 use crate::rules::fits::Disc;
 use crate::rules::rules::{Islands, Rules};
 use crate::rules::shapes::Shapes;
@@ -104,14 +105,8 @@ pub fn enforce(
         if is_blank(&made) && !is_blank(drawing) {
             return Err(Error::Input(given.nothing_left(scale, control)?));
         }
-        let told = json!({
-            "min_feature": rules.min_feature,
-            "min_gap": rules.min_gap,
-            "min_dot": rules.min_dot,
-            "min_area": rules.min_area,
-            "islands": rules.islands,
-            "width": drawing.width as f64 * scale,
-        });
+        let mut told = json!(**rules);
+        told["width"] = json!(drawing.width as f64 * scale);
         let mut provenance = drawing.provenance.clone();
         provenance.rest.insert(TOLD.to_owned(), told);
         Ok((Drawing { provenance, ..made }, changes))
@@ -224,14 +219,10 @@ impl Work<'_> {
         if self.rules.islands != Islands::Bridge {
             return Ok(());
         }
-        let (drawing, scale) = (self.shapes.drawing, self.shapes.scale);
         let least = self.rules.min_area.unwrap_or(0.0);
-        let dots = drawing.stipples.iter().filter(|dot| {
-            let radius = dot.radius * scale;
-            dot.ink == Ink::White && std::f64::consts::PI * radius * radius >= least
-        });
-        let holes = dots.map(|dot| vec![circle_polygon([dot.x, dot.y].map(|v| v * scale), dot.radius * scale, self.tolerance())]);
-        let holes: Vec<Polygon> = holes.collect();
+        let dots = self.shapes.drawing.stipples.iter().filter(|dot| dot.ink == Ink::White).map(|dot| self.shapes.disc(dot));
+        let dots = dots.filter(|(_, radius)| std::f64::consts::PI * radius * radius >= least);
+        let holes: Vec<Polygon> = dots.map(|(centre, radius)| vec![circle_polygon(centre, radius, self.tolerance())]).collect();
         if !holes.is_empty() {
             // The dots count as lost later: they are in what the areas lack.
             self.changed.extend(changes_of(&holes, 1.0, self.part()));
@@ -247,8 +238,7 @@ impl Work<'_> {
         for round in first..ROUNDS + REPAIRS {
             self.fill_small()?;
             if round == ROUNDS && grows.is_none() {
-                let missing: f64 = self.changed.iter().map(|change| change.missing).sum();
-                grows = Some(if missing >= 0.0 { Ink::Black } else { Ink::White });
+                grows = Some(self.lost());
             }
             let has_lost = self.open(Ink::Black, round, grows)?;
             let has_gained = self.open(Ink::White, round, grows)?;
@@ -258,6 +248,12 @@ impl Work<'_> {
             }
         }
         self.fill_small()
+    }
+
+    /// The ink that the picture has lost on the way.
+    fn lost(&self) -> Ink {
+        let missing: f64 = self.changed.iter().map(|change| change.missing).sum();
+        if missing >= 0.0 { Ink::Black } else { Ink::White }
     }
 
     /// Fills what is too small until nothing is.
@@ -275,9 +271,8 @@ impl Work<'_> {
             for &node in &gone {
                 let [area, ring] = nesting.rings[node];
                 let points = &self.areas[area][ring];
-                let sum = points.iter().fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
                 let missing = if ring == 0 { nesting.sizes[node] } else { -nesting.sizes[node] };
-                self.changed.push(Change { place: sum.map(|v| v / points.len() as f64), missing });
+                self.changed.push(Change { place: middle(points), missing });
                 self.since.iter_mut().for_each(|since| since.push(vec![points.clone()]));
             }
             let left = nesting.without(&gone);
@@ -325,7 +320,7 @@ impl Work<'_> {
         };
         self.control.check()?;
         // Black that goes is missing, and so is black where white grows.
-        let sign = if ink == Ink::Black { 1.0 } else { -1.0 };
+        let sign = ink.sign();
         let part = self.part();
         self.changed.extend(changes_of(&thin, sign, part));
         match ink {
@@ -381,7 +376,7 @@ impl Work<'_> {
     /// Thin parts as wide as a limit, on the canvas.
     fn widened(&self, thin: &[Polygon], radius: f64) -> Result<Vec<Polygon>> {
         let [width, height] = self.shapes.size();
-        let canvas = vec![vec![[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]];
+        let canvas = Bounds([0.0, 0.0, width, height]).area();
         intersection(&offset(thin, radius, self.tolerance())?, &[canvas])
     }
 
@@ -398,11 +393,8 @@ impl Work<'_> {
             // What is too small is filled already.
             let (areas, told) = straight(&self.areas, self.shapes.size(), &Bridging { min_area: 0.0, width }, self.control)?;
             for bridge in &told.bridges {
-                let line = bridge.points.clone();
-                let middle = [0, 1].map(|axis| line.iter().map(|p| p[axis]).sum::<f64>() / line.len() as f64);
-                self.changed.push(Change { place: middle, missing: bridge.length * width });
-                let Bounds([left, top, right, bottom]) = Bounds::of(&line).wider(width);
-                let around = vec![vec![[left, top], [right, top], [right, bottom], [left, bottom]]];
+                self.changed.push(Change { place: middle(&bridge.points), missing: bridge.length * width });
+                let around = Bounds::of(&bridge.points).wider(width).area();
                 self.since.iter_mut().for_each(|since| since.push(around.clone()));
             }
             self.changes.joined(&told);
@@ -423,7 +415,7 @@ impl Work<'_> {
             let radius = 0.5 * limits[0].max(limits[1]).max(8.0 * self.tolerance()) * (1.0 + touch as f64 / 4.0);
             let place = at.map(|v| v * self.shapes.scale);
             let disc = vec![circle_polygon(place, radius, self.tolerance())];
-            let ink = if self.changed.iter().map(|change| change.missing).sum::<f64>() >= 0.0 { Ink::Black } else { Ink::White };
+            let ink = self.lost();
             let grown = self.widened(&[disc], 2.0 * self.tolerance())?;
             self.patch(&grown, ink == Ink::Black)?;
             self.open_all(Some(ink))?;

@@ -16,8 +16,8 @@ const STEP: f64 = 0.25;
 /// A disc may hold so many tolerances of an outline: flat corners are no places where it does not fit.
 const HELD: f64 = 2.0;
 
-/// How far around such points areas are looked at, in diameters of the disc: a disc that touches one reaches one of them, and a piece that is
-/// cut out is wrong within one of where it was cut.
+/// How far around such points areas are looked at, in diameters of the disc: a disc that touches one reaches one of them, and a piece that
+/// is cut out is wrong within one of where it was cut.
 const AROUND: f64 = 2.05;
 
 /// What is cut out to be opened is at most this share of all boxes; where it is more, all is opened.
@@ -73,7 +73,7 @@ impl Suspects {
         let near = Near::of(areas, size);
         let radius = 0.5 * diameter;
         let least = (radius - HELD * tolerance).max(0.5 * radius);
-        let inwards = if ink == Ink::Black { 1.0 } else { -1.0 };
+        let inwards = ink.sign();
         let of_edge = |number: usize| -> Vec<[i32; 2]> {
             let [a, b] = near.edge(number);
             if within.is_some_and(|boxes| !boxes.meets(Bounds::of(&[a, b]))) {

@@ -59,13 +59,7 @@ impl Near {
 
     /// How far the nearest edge is; `reach` if none is nearer.
     pub(super) fn distance(&self, p: [f64; 2], reach: f64) -> f64 {
-        let at = Point::new(p[0], p[1]);
-        let mut least = reach;
-        self.cells.around(p, reach, |number| {
-            let [a, b] = self.edges[number as usize].map(|[x, y]| Point::new(x, y));
-            least = least.min(distance_to_segment(at, a, b));
-        });
-        least
+        self.nearest(p, reach).map_or(reach, |(distance, _)| distance)
     }
 
     /// How far the nearest edge is, and its point that is nearest, if it is within reach.
@@ -151,13 +145,10 @@ impl Grid {
 
     /// The numbers in all cells within reach of a place; some of them more than once.
     fn around(&self, p: [f64; 2], reach: f64, mut visit: impl FnMut(u32)) {
-        let [left, top] = self.cell(p.map(|v| v - reach));
-        let [right, bottom] = self.cell(p.map(|v| v + reach));
-        for line in top..=bottom {
-            let (first, last) = (line * self.columns + left, line * self.columns + right);
-            let range = self.starts[first] as usize..self.starts[last + 1] as usize;
-            self.numbers[range].iter().for_each(|number| visit(*number));
-        }
+        self.any_around(p, reach, |number| {
+            visit(number);
+            false
+        });
     }
 }
 

@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use crate::base::{Checked, Error, Result, in_one_line, or_nearest};
-use crate::files::Length;
+use crate::files::{Length, length as read_length};
 use crate::options::{Typed, Value, words};
 
 words! {
@@ -132,14 +132,10 @@ fn number(limit: Option<f64>) -> Value {
 
 /// A limit of length in mm, or none.
 fn length(value: &Value) -> Option<Option<f64>> {
-    let text = match value {
-        Value::Absent => return Some(None),
-        Value::Word(text) => text.clone(),
-        Value::Whole(number) => number.to_string(),
-        Value::Number(number) => number.to_string(),
-        _ => return None,
-    };
-    let mm = rounded(text.parse::<Length>().ok()?.points() * 25.4 / 72.0);
+    if *value == Value::Absent {
+        return Some(None);
+    }
+    let mm = rounded(read_length(value)?.mm());
     LENGTHS.contains(&mm).then_some(Some(mm))
 }
 
@@ -160,7 +156,7 @@ fn area(value: &Value) -> Option<Option<f64>> {
     // A length of as many of the unit, and of one, tell the rest.
     let written = unit.or_else(|| text.ends_with(|c: char| c.is_ascii_digit()).then_some(&*text))?;
     let length: Length = written.parse().ok()?;
-    let mm = length.unit.points() * 25.4 / 72.0;
+    let mm = Length { value: 1.0, ..length }.mm();
     let mm2 = rounded(length.value * mm * mm);
     AREAS.contains(&mm2).then_some(Some(mm2))
 }
@@ -277,6 +273,11 @@ impl Rules {
             ));
         }
         Ok(Checked::of(self))
+    }
+
+    /// The finest limit of length, in mm; infinite without one.
+    pub(super) fn finest(&self) -> f64 {
+        [self.min_feature, self.min_gap, self.min_dot].into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
     /// The least diameter of a dot of an ink, in mm; 0 without one.

@@ -15,7 +15,8 @@ use crate::base::{
     Frame, Ink, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed, signed_area, snap,
 };
 use crate::drawing::{Drawing, Loose, Ring, RingPart};
-use crate::offset::Polygon;
+use crate::offset::{Polygon, keep};
+use crate::outlines::Stipple;
 
 /// How far areas may lie from the curves where this is the narrowest limit: so much of it, and never more than so many mm, since what a
 /// check allows is no more than a few times that (see [`super::check`]). Less is more points.
@@ -69,6 +70,11 @@ impl<'a> Shapes<'a> {
     /// Width and height of the canvas in mm.
     pub(super) fn size(&self) -> [f64; 2] {
         [self.drawing.width, self.drawing.height].map(|side| side as f64 * self.scale)
+    }
+
+    /// Centre and radius of a dot, in mm.
+    pub(super) fn disc(&self, dot: &Stipple) -> ([f64; 2], f64) {
+        ([dot.x * self.scale, dot.y * self.scale], dot.radius * self.scale)
     }
 
     /// A ring in mm, through the points of its curves.
@@ -268,19 +274,9 @@ impl<'a> Outlines<'a> {
         let fixed: Vec<usize> = (0..n).filter(|i| stays[*i]).collect();
         let mut spans: Vec<(usize, usize)> = fixed.windows(2).map(|pair| (pair[0], pair[1])).collect();
         spans.push((fixed[fixed.len() - 1], n));
-        while let Some((begin, end)) = spans.pop() {
-            let (mut most, mut place) = (tolerance, None);
-            for k in begin + 1..end {
-                let distance = distance_to_segment(ring[k].point, ring[begin].point, ring[end % n].point);
-                if distance > most {
-                    (most, place) = (distance, Some(k));
-                }
-            }
-            if let Some(place) = place {
-                stays[place] = true;
-                spans.extend([(begin, place), (place, end)]);
-            }
-        }
+        // The first point again at the end.
+        stays.push(true);
+        keep(&|k| ring[k % n].point, &spans, tolerance, &mut stays);
         let mut kept = stays.iter();
         ring.retain(|_| kept.next().is_some_and(|stays| *stays));
         if ring.len() < 3 { Vec::new() } else { ring }

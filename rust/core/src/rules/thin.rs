@@ -18,7 +18,8 @@ use kurbo::{Point, Vec2};
 /// outline: moving in and out simplifies and so is off by up to three.
 const SLACK: f64 = 4.0;
 
-/// Parts that are no longer than so many tolerances are none: where a disc does not fit into a neck, however short, it does not for some way.
+/// Parts that are no longer than so many tolerances are none: where a disc does not fit into a neck, however short, it does not for some
+/// way.
 const DUST: f64 = 6.0;
 
 /// Short parts that are no wider than so many tolerances are none either: outlines nearly lie on each other there. Where a disc does not
@@ -50,9 +51,9 @@ impl Opened {
     fn of_strips(strips: &[Strip], suspects: &Suspects, width: f64, disc: Disc) -> Result<Self> {
         let Disc { ink, diameter, tolerance } = disc;
         let of_strip = |Strip { areas: black, band }: &Strip| -> Result<Self> {
-            let sign = if ink == Ink::Black { -1.0 } else { 1.0 };
-            let moved = offset(black, sign * 0.5 * diameter, tolerance)?;
-            let areas = offset(&moved, -sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
+            let sign = ink.sign();
+            let moved = offset(black, -sign * 0.5 * diameter, tolerance)?;
+            let areas = offset(&moved, sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
             let thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
             let Some([top, bottom]) = *band else { return Ok(Self { areas, thin }) };
             let band = Bounds([-diameter, top, width + diameter, bottom]).area();
@@ -80,13 +81,10 @@ impl Opened {
     }
 
     /// What of the thin parts counts.
-    fn measured(self, black: &[Polygon], disc: Disc) -> Vec<Thin> {
-        if self.thin.is_empty() {
-            return Vec::new();
-        }
-        let (arcs, own) = (Points::of(&self.areas), Points::of(black));
+    fn measured(self, own: &Points, disc: Disc) -> Vec<Thin> {
+        let arcs = Points::of(&self.areas);
         let parts = self.thin.into_par_iter().filter(|part| !is_sliver(part, disc));
-        parts.filter_map(|part| measured(part, &own, &arcs, disc.diameter)).collect()
+        parts.filter_map(|part| measured(part, own, &arcs, disc.diameter)).collect()
     }
 }
 
@@ -122,7 +120,7 @@ pub(super) struct Thin {
 /// # Errors
 /// As [`Opened::of`].
 pub(super) fn thin(black: &[Polygon], size: [f64; 2], disc: Disc) -> Result<Vec<Thin>> {
-    Ok(Opened::of(black, size, disc, None)?.measured(black, disc))
+    Ok(Opened::of(black, size, disc, None)?.measured(&Points::of(black), disc))
 }
 
 /// Whether a disc does not fit somewhere: in a thin part, or in a corner that is about as sharp as a right angle.
@@ -134,11 +132,12 @@ pub(super) fn has_thin(black: &[Polygon], size: [f64; 2], disc: Disc) -> Result<
     if suspects.is_empty() {
         return Ok(false);
     }
+    let own = Points::of(black);
     // Where there is one there are mostly many: the first strips tell.
     for strips in suspects.cut_out(black, size)?.chunks(AT_ONCE) {
         let opened = Opened::of_strips(strips, &suspects, size[0], disc)?;
         let is_large = |part: &Polygon| area(std::slice::from_ref(part)) > CORNER * disc.diameter * disc.diameter;
-        if opened.thin.iter().any(is_large) || !opened.measured(black, disc).is_empty() {
+        if opened.thin.iter().any(is_large) || !opened.measured(&own, disc).is_empty() {
             return Ok(true);
         }
     }
