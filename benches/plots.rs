@@ -107,7 +107,7 @@ fn order(count: usize, runs: usize) -> Result<Vec<Figure>, Box<dyn Error>> {
 /// The black areas of a drawing, in mm.
 fn areas(drawing: &Drawing) -> Vec<Polygon> {
     let scale = WIDTH / drawing.width as f64;
-    let black = (0..drawing.regions.len()).filter(|region| drawing.regions[*region].ink == Ink::Black);
+    let black = (0..drawing.regions.len()).filter(|region| drawing.regions[*region].ink == Ink::BLACK);
     let rings = black.map(|region| drawing.region_rings(region));
     let in_mm = |ring: Vec<[f64; 2]>| -> Vec<[f64; 2]> { ring.into_iter().map(|point| point.map(|v| v * scale)).collect() };
     rings.map(|(exterior, holes)| std::iter::once(exterior).chain(holes).map(in_mm).collect()).collect()

@@ -112,7 +112,7 @@ fn cross(a: [Point; 2], b: [Point; 2]) -> bool {
 
 /// Even levels are white, odd ones black, and every mark is painted once.
 fn check_levels(drawing: &Drawing) {
-    let ink_of = |level: u32| if level.is_multiple_of(2) { Ink::White } else { Ink::Black };
+    let ink_of = |level: u32| if level.is_multiple_of(2) { Ink::WHITE } else { Ink::BLACK };
     assert!(drawing.regions.iter().all(|region| region.ink == ink_of(region.level)));
     assert!(drawing.stipples.iter().all(|dot| dot.ink == ink_of(dot.level)));
     let painted: usize = drawing.levels().iter().map(|level| level.marks.len()).sum();
@@ -142,7 +142,7 @@ fn check_probes(drawing: &Drawing, rings: &[(Ring, Vec<Ring>)]) {
                 Mark::Stipple(dot) => holds(&dots[dot as usize], p),
             })
         };
-        let layered = levels.iter().rev().find(is_painted).map_or(Ink::White, |level| level.ink);
+        let layered = levels.iter().rev().find(is_painted).map_or(Ink::WHITE, |level| level.ink);
         assert_eq!(flat, [layered], "what is at {p:?}, flat and layered");
     }
 }
@@ -163,8 +163,8 @@ fn holds(ring: &Ring, p: Point) -> bool {
 
 /// The raster is as light as the marks say.
 fn check_raster(drawing: &Drawing, rings: &[(Ring, Vec<Ring>)]) {
-    let white = (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == Ink::White).map(|i| drawing.region_area(i));
-    let of_dots = dots(drawing).zip(&drawing.stipples).filter(|(_, dot)| dot.ink == Ink::White).map(|(dot, _)| signed_area(&dot));
+    let white = (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == Ink::WHITE).map(|i| drawing.region_area(i));
+    let of_dots = dots(drawing).zip(&drawing.stipples).filter(|(_, dot)| dot.ink == Ink::WHITE).map(|(dot, _)| signed_area(&dot));
     let canvas = (drawing.width * drawing.height) as f64;
     let expected = (white.sum::<f64>() + of_dots.sum::<f64>()) / canvas;
     let raster = raster::rasterize(drawing, Some(MAX_SIDE)).expect("a small raster");

@@ -247,7 +247,7 @@ mod tests {
             width: 20,
             height: 10,
             curves: vec![],
-            stipples: vec![Stipple { x: 10.0, y: 5.0, radius: 4.0, ink: Ink::Black, level: 1 }],
+            stipples: vec![Stipple { x: 10.0, y: 5.0, radius: 4.0, ink: Ink::BLACK, level: 1 }],
             regions: vec![],
             order: vec![Mark::Stipple(0)],
             units: 8.0,

@@ -380,7 +380,7 @@ pub(crate) fn counts(drawing: &CoreDrawing) -> Map<String, Json> {
 pub(crate) fn stipple_arrays<'py>(py: Python<'py>, drawing: &CoreDrawing) -> PyResult<StippleArrays<'py>> {
     let stipples = &drawing.stipples;
     let circles = stipples.iter().flat_map(|dot| [dot.x, dot.y, dot.radius]).collect();
-    let inks: Vec<u8> = stipples.iter().map(|dot| dot.ink as u8).collect();
+    let inks: Vec<u8> = stipples.iter().map(|dot| dot.ink.label()).collect();
     Ok((arrays::from_rows(py, [stipples.len(), 3], circles)?, inks.into_pyarray(py)))
 }
 
@@ -391,7 +391,7 @@ pub(crate) fn region_arrays<'py>(py: Python<'py>, drawing: &CoreDrawing, index: 
     };
     let (exterior, holes) = drawing.region_rings(index);
     let holes = holes.into_iter().map(|hole| arrays::from_pairs(py, hole)).collect::<PyResult<_>>()?;
-    Ok((arrays::from_pairs(py, exterior)?, holes, drawing.region_area(index), region.ink as u8))
+    Ok((arrays::from_pairs(py, exterior)?, holes, drawing.region_area(index), region.ink.label()))
 }
 
 /// What writes drawings in a format with these settings.

@@ -84,7 +84,7 @@ impl Plot {
                 points.extend(path.is_closed.then(|| path.points.first().copied()).flatten());
                 ends.push(points.len() as u64);
             }
-            layers.push((layer.ink as u8, arrays::from_pairs(py, points)?, ends.into_pyarray(py)));
+            layers.push((layer.ink.label(), arrays::from_pairs(py, points)?, ends.into_pyarray(py)));
         }
         Ok(layers)
     }

@@ -1,52 +1,49 @@
 //! Ink: what every mark is drawn with.
 
-use serde::{Deserialize, Serialize};
-
-/// What a mark is drawn with. Its number is the label of its nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Ink {
-    /// Label 0.
-    Black = 0,
-    /// Label 1: the paper.
-    White = 1,
-}
+/// What a mark is drawn with, by the label of its nodes. In a drawing of black and white, black is 0 and white, its paper, 1; in one of
+/// several inks the paper is the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Ink(u8);
 
 impl Ink {
-    /// The ink of a label: 0 is black, anything else white.
+    /// Label 0 of a drawing of black and white.
+    pub const BLACK: Self = Self(0);
+
+    /// Label 1 of a drawing of black and white: the paper.
+    pub const WHITE: Self = Self(1);
+
+    /// The ink of a label.
     pub fn of_label(label: u8) -> Self {
-        if label == 0 { Self::Black } else { Self::White }
+        Self(label)
     }
 
-    /// 1 for black and -1 for white: what its area adds to the black that there is.
+    /// Its label.
+    pub fn label(self) -> u8 {
+        self.0
+    }
+
+    /// Its place in tables of all inks.
+    pub(crate) fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
+    /// Of black and white: 1 for black and -1 for white, what its area adds to the black that there is.
     pub(crate) fn sign(self) -> f64 {
-        match self {
-            Self::Black => 1.0,
-            Self::White => -1.0,
-        }
+        if self == Self::BLACK { 1.0 } else { -1.0 }
     }
 
-    /// The other one.
+    /// Of black and white: the other one.
     pub fn other(self) -> Self {
-        match self {
-            Self::Black => Self::White,
-            Self::White => Self::Black,
-        }
+        if self == Self::BLACK { Self::WHITE } else { Self::BLACK }
     }
 
-    /// `black` or `white`.
+    /// Of black and white: `black` or `white`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Black => "black",
-            Self::White => "white",
-        }
+        if self == Self::BLACK { "black" } else { "white" }
     }
 
-    /// `Black` or `White`.
+    /// Of black and white: `Black` or `White`.
     pub fn capital_name(self) -> &'static str {
-        match self {
-            Self::Black => "Black",
-            Self::White => "White",
-        }
+        if self == Self::BLACK { "Black" } else { "White" }
     }
 }

@@ -20,6 +20,25 @@ impl Side {
     pub(crate) const ALL: [Self; 4] = [Self::Top, Self::Right, Self::Bottom, Self::Left];
 }
 
+/// Where an open curve begins or ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum End {
+    /// On a side of the frame, which it meets at a right angle.
+    Frame(Side),
+    /// In a junction, where three inks meet.
+    Junction(Point),
+}
+
+impl End {
+    /// The junction, if it is one.
+    pub(crate) fn junction(self) -> Option<Point> {
+        match self {
+            Self::Frame(_) => None,
+            Self::Junction(junction) => Some(junction),
+        }
+    }
+}
+
 /// The frame of the canvas, and positions along it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame {
@@ -40,6 +59,14 @@ impl Frame {
             Side::Right => Point::new(self.width, p.y),
             Side::Bottom => Point::new(p.x, self.height),
             Side::Left => Point::new(0.0, p.y),
+        }
+    }
+
+    /// Where a curve that comes straight from a point ends.
+    pub(crate) fn end_point(self, p: Point, end: End) -> Point {
+        match end {
+            End::Frame(side) => self.project(p, side),
+            End::Junction(junction) => junction,
         }
     }
 

@@ -1,11 +1,14 @@
 //! Assembly: from boundary curves and dots to the regions that they bound, their order and levels.
 //!
 //! Every curve and every dot names the components on its two sides; a component that is not a dot becomes a region. Its rings are
-//! the closed curves around it and in it, and, if it touches the frame, runs of open curves and frame in turn. Everything is put
+//! the closed curves around it and in it, runs of open curves from junction to junction, and, if it touches the frame, runs of open
+//! curves and frame in turn. Everything is put
 //! into an order that depends on the geometry alone, so that a drawing read back from a file is the drawing that was written. What
 //! this module does not do: find out who lies beside a curve (see [`super::sides`] and [`crate::stages::outline`]).
 
+use std::cell::Cell;
 use std::cmp::Ordering;
+use std::collections::HashMap;
 
 use kurbo::{BezPath, PathEl, Point, Shape};
 use rayon::prelude::*;
@@ -28,7 +31,8 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     for (_, [own, _]) in &parts.stipples {
         is_dot[*own as usize] = true;
     }
-    let mut drawing = Drawing { width: parts.width, height: parts.height, units: parts.units, ..Drawing::default() };
+    let Parts { width, height, units, palette, .. } = parts;
+    let mut drawing = Drawing { width, height, units, palette, ..Drawing::default() };
     let mut placed: Vec<(Point, BezPath, [u32; 2])> =
         parts.curves.into_par_iter().map(|(path, beside)| (top_of_curve(&path), path, beside)).collect();
     // Whatever the number of threads, what is equal stays in its order: so in all sorts here.
@@ -45,20 +49,30 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     // The component around a component; none for one that touches the frame.
     let mut container: Vec<Option<u32>> = vec![None; count];
 
-    for (component, ring) in frame_rings(frame, &drawing.curves, &beside, parts.on_frame)? {
+    for (component, ring, is_at_frame) in open_rings(frame, &drawing.curves, &beside, parts.on_frame)? {
         let area = drawing.ring_path(&ring).area();
-        exteriors[component as usize] = Some((ring, area));
+        if is_at_frame || area > 0.0 {
+            exteriors[component as usize] = Some((ring, area));
+            continue;
+        }
+        for part in &ring.parts {
+            if let RingPart::Curve { index, reversed } = *part {
+                container[beside[index as usize][usize::from(!reversed)] as usize] = Some(component);
+            }
+        }
+        holes[component as usize].push(ring);
     }
     let areas: Vec<Option<f64>> = drawing.curves.par_iter().map(|path| is_closed(path).then(|| path.area())).collect();
     for (number, area) in areas.into_iter().enumerate().filter_map(|(number, area)| Some((number, area?))) {
-        let [black, white] = beside[number];
+        let [left, right] = beside[number];
         let part = |reversed: bool| Ring { parts: vec![RingPart::Curve { index: number as u32, reversed }] };
         // Positive: what lies on its left is inside.
-        let (inner, outer) = if area > 0.0 { (black, white) } else { (white, black) };
+        let (inner, outer) = if area > 0.0 { (left, right) } else { (right, left) };
         container[inner as usize] = Some(outer);
         exteriors[inner as usize] = Some((part(area < 0.0), area.abs()));
         holes[outer as usize].push(part(area > 0.0));
     }
+    contain_neighbours(&exteriors, &beside, &mut container);
     for (index, (_, [own, around])) in stipples.iter().enumerate() {
         container[*own as usize] = Some(*around);
         holes[*around as usize].push(Ring { parts: vec![RingPart::Stipple { index: index as u32 }] });
@@ -108,7 +122,7 @@ fn parts_with(drawing: &Drawing, dots: &[Option<Stipple>]) -> Result<Parts> {
     for (component, region) in (0u32..).zip(&drawing.regions) {
         for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
             match *part {
-                // A region runs along a curve with itself on the left, and black is on the left of curves.
+                // A region runs along a curve with itself on the left.
                 RingPart::Curve { index, reversed } => beside[index as usize][usize::from(reversed)] = component,
                 RingPart::Stipple { index } => around[index as usize] = Some(component),
                 RingPart::Corner(..) => on_frame = component,
@@ -124,7 +138,7 @@ fn parts_with(drawing: &Drawing, dots: &[Option<Stipple>]) -> Result<Parts> {
     }
     let curves = drawing.curves.iter().cloned().zip(beside).collect();
     let Drawing { width, height, units, .. } = *drawing;
-    Ok(Parts { width, height, units, curves, stipples, inks, on_frame })
+    Ok(Parts { width, height, units, palette: drawing.palette.clone(), curves, stipples, inks, on_frame })
 }
 
 /// The uppermost on-curve point of a ring, the leftmost of those; `tops` are those of the curves.
@@ -149,14 +163,14 @@ fn from_the_top(a: Point, b: Point) -> Ordering {
 }
 
 /// Where an open curve meets the frame.
-pub(crate) struct End {
+pub(crate) struct FrameEnd {
     pub(crate) place: Place,
     pub(crate) curve: u32,
     /// Whether the curve begins here.
     pub(crate) begins: bool,
 }
 
-impl End {
+impl FrameEnd {
     /// What lies on the frame just before and just after this end, in the positive direction, of what lies to the left and to the
     /// right of its curve.
     pub(crate) fn around<T>(&self, [left, right]: [T; 2]) -> [T; 2] {
@@ -164,14 +178,18 @@ impl End {
     }
 }
 
-/// All ends of open curves, by their place on the frame.
-pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
+/// Where a path begins and where it ends.
+pub(super) fn ends_of(path: &BezPath) -> [Point; 2] {
+    let elements = path.elements();
+    [elements.first(), elements.last()].map(|element| element.and_then(PathEl::end_point).unwrap_or_default())
+}
+
+/// All ends of open curves on the frame, by their place on it; the others lie in junctions.
+pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<FrameEnd> {
     let mut ends = Vec::new();
     for (number, path) in (0u32..).zip(curves).filter(|(_, path)| !is_closed(path)) {
-        let elements = path.elements();
-        for (element, begins) in [(elements.first(), true), (elements.last(), false)] {
-            let point = element.and_then(PathEl::end_point).unwrap_or_default();
-            ends.push(End { place: frame.place(point), curve: number, begins });
+        for (point, begins) in ends_of(path).into_iter().zip([true, false]).filter(|(point, _)| !frame.holds(*point)) {
+            ends.push(FrameEnd { place: frame.place(point), curve: number, begins });
         }
     }
     // Coordinates are numbers.
@@ -179,30 +197,77 @@ pub(crate) fn ends_on_frame(frame: Frame, curves: &[BezPath]) -> Vec<End> {
     ends
 }
 
-/// The exteriors of the components that touch the frame.
-fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: u32) -> Result<Vec<(u32, Ring)>> {
+/// The curves that end in every junction, each with whether it begins there. Points are told apart by their bits.
+pub(super) fn junctions(frame: Frame, curves: &[BezPath]) -> HashMap<[u64; 2], Vec<(u32, bool)>> {
+    let mut junctions: HashMap<[u64; 2], Vec<(u32, bool)>> = HashMap::new();
+    for (number, path) in (0u32..).zip(curves).filter(|(_, path)| !is_closed(path)) {
+        for (point, begins) in ends_of(path).into_iter().zip([true, false]).filter(|(point, _)| frame.holds(*point)) {
+            junctions.entry(bits(point)).or_default().push((number, begins));
+        }
+    }
+    junctions
+}
+
+pub(super) fn bits(point: Point) -> [u64; 2] {
+    [point.x.to_bits(), point.y.to_bits()]
+}
+
+/// The rings that run along open curves, each with the component on its left and whether it touches the frame: from curve to curve in
+/// junctions, and along the frame.
+fn open_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: u32) -> Result<Vec<(u32, Ring, bool)>> {
     let ends = ends_on_frame(frame, curves);
+    let junctions = junctions(frame, curves);
+    let mut rings = Vec::new();
     if ends.is_empty() {
         let corner = |p: Point| RingPart::Corner(p.x, p.y);
-        return Ok(vec![(on_frame, Ring { parts: frame.corners().map(corner).to_vec() })]);
+        rings.push((on_frame, Ring { parts: frame.corners().map(corner).to_vec() }, true));
     }
-    // Where the other end of every curve is.
-    let mut places = vec![[0usize; 2]; curves.len()];
+    // Where the ends of every curve are, of those that are on the frame.
+    let mut places = vec![[usize::MAX; 2]; curves.len()];
     for (k, end) in ends.iter().enumerate() {
         places[end.curve as usize][usize::from(!end.begins)] = k;
     }
-    let around = |end: &End| end.around(beside[end.curve as usize]);
-    let mut rings = Vec::new();
-    let mut walked = vec![false; ends.len()];
+    // What is on the left of a curve in either direction, and whether a ring was walked there.
+    let left_of = |curve: u32, reversed: bool| beside[curve as usize][usize::from(reversed)];
+    let walked: Vec<[Cell<bool>; 2]> =
+        (0..if junctions.is_empty() { 0 } else { curves.len() }).map(|_| Default::default()).collect();
+    // Along a curve with a component on the left, and from junction to junction: to a place on the frame, or back to the first curve.
+    let along = |mut curve: u32, mut reversed: bool, component: u32, parts: &mut Vec<RingPart>| {
+        let first = (curve, reversed);
+        loop {
+            parts.push(RingPart::Curve { index: curve, reversed });
+            if let Some(walked) = walked.get(curve as usize) {
+                walked[usize::from(reversed)].set(true);
+            }
+            let place = places[curve as usize][usize::from(!reversed)];
+            if place != usize::MAX {
+                return Ok(Some(place));
+            }
+            let end = ends_of(&curves[curve as usize])[usize::from(!reversed)];
+            let onwards = |&&(other, begins): &&(u32, bool)| other != curve && left_of(other, !begins) == component;
+            let Some((other, begins)) = junctions.get(&bits(end)).and_then(|here| here.iter().find(onwards)) else {
+                return Err(Error::Internal(format!("a boundary of component {component} ends in ({}, {})", end.x, end.y)));
+            };
+            (curve, reversed) = (*other, !begins);
+            if (curve, reversed) == first {
+                return Ok(None);
+            }
+            if parts.len() > 2 * curves.len() {
+                return Err(Error::Internal(format!("a boundary of component {component} does not come back")));
+            }
+        }
+    };
+    let mut is_passed = vec![false; ends.len()];
     for first in 0..ends.len() {
-        if walked[first] {
+        if is_passed[first] {
             continue;
         }
+        let around = |end: &FrameEnd| end.around(beside[end.curve as usize]);
         let [_, component] = around(&ends[first]);
         let mut parts = Vec::new();
         let mut k = first;
-        while !walked[k] {
-            walked[k] = true;
+        while !is_passed[k] {
+            is_passed[k] = true;
             let next = (k + 1) % ends.len();
             parts.extend(corners_between(frame, ends[k].place, ends[next].place, next == 0));
             let end = &ends[next];
@@ -210,12 +275,50 @@ fn frame_rings(frame: Frame, curves: &[BezPath], beside: &[[u32; 2]], on_frame: 
             if before != component {
                 return Err(Error::Internal(format!("components {component} and {before} meet on the frame without a boundary")));
             }
-            parts.push(RingPart::Curve { index: end.curve, reversed: !end.begins });
-            k = places[end.curve as usize][usize::from(end.begins)];
+            k = along(end.curve, !end.begins, component, &mut parts)?
+                .ok_or_else(|| Error::Internal(format!("a boundary of component {component} does not leave the frame")))?;
         }
-        rings.push((component, Ring { parts }));
+        rings.push((component, Ring { parts }, true));
+    }
+    for (curve, path) in (0u32..).zip(curves).filter(|_| !junctions.is_empty()) {
+        for reversed in [false, true] {
+            if !is_closed(path) && !walked[curve as usize][usize::from(reversed)].get() {
+                let (component, mut parts) = (left_of(curve, reversed), Vec::new());
+                if along(curve, reversed, component, &mut parts)?.is_some() {
+                    return Err(Error::Internal(format!("a boundary of component {component} has one end on the frame")));
+                }
+                rings.push((component, Ring { parts }, false));
+            }
+        }
     }
     Ok(rings)
+}
+
+/// Neighbours whose boundary is on the outside of both lie in the same component, or in none.
+fn contain_neighbours(exteriors: &[Option<(Ring, f64)>], beside: &[[u32; 2]], container: &mut [Option<u32>]) {
+    // How often a curve is part of an exterior.
+    let mut outside = vec![0u8; beside.len()];
+    for (ring, _) in exteriors.iter().flatten() {
+        for part in &ring.parts {
+            if let RingPart::Curve { index, .. } = part {
+                outside[*index as usize] += 1;
+            }
+        }
+    }
+    let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); container.len()];
+    for [a, b] in beside.iter().zip(&outside).filter(|(_, count)| **count == 2).map(|(beside, _)| *beside) {
+        neighbours[a as usize].push(b);
+        neighbours[b as usize].push(a);
+    }
+    let mut open: Vec<u32> = (0..container.len() as u32).filter(|component| container[*component as usize].is_some()).collect();
+    while let Some(component) = open.pop() {
+        for other in &neighbours[component as usize] {
+            if container[*other as usize].is_none() {
+                container[*other as usize] = container[component as usize];
+                open.push(*other);
+            }
+        }
+    }
 }
 
 /// The corners of the frame strictly between two places, in the positive direction from the first to the second; `past_begin` says
@@ -247,7 +350,7 @@ fn find_levels(drawing: &mut Drawing, container: &[Option<u32>], own_of_region: 
             Mark::Stipple(i) => (own_of_stipple[i as usize], drawing.stipples[i as usize].ink),
         };
         let level = match container[component as usize] {
-            None => u32::from(ink == Ink::Black),
+            None => u32::from(ink != drawing.palette.paper_label()),
             Some(around) => match levels[around as usize] {
                 UNKNOWN => return Err(Error::Internal(format!("component {component} comes before the one around it"))),
                 level => level + 1,

@@ -10,13 +10,15 @@
 //! with its holes. In the layered way all marks of one [`level`](Region::level) have the same ink and are disjoint, and a mark's
 //! container is always on the level below. So painting level by level is as good as painting one by one.
 
+use std::collections::BTreeMap;
+
 use kurbo::{BezPath, PathEl, Point};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::base::{
-    Checked, Error, Ink, Pool, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area,
+    Checked, Error, Ink, Palette, Pool, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area,
 };
 use crate::options::Options;
 use crate::outlines::Stipple;
@@ -27,8 +29,9 @@ use crate::outlines::Stipple;
 pub struct Region {
     /// What it is drawn with.
     pub ink: Ink,
-    /// Depth in the layered picture: 0 is white that touches the frame (the paper itself), 1 is black that touches the frame or
-    /// lies in such white, and every mark lies one level above the mark that contains it. Even levels are white, odd ones black.
+    /// Depth in the layered picture: 0 is paper that touches the frame (the paper itself), 1 is ink that touches the frame or lies in
+    /// such paper, and every mark lies one level above the mark that contains it. Of black and white, even levels are white, odd ones
+    /// black.
     pub level: u32,
     /// The outer boundary; its signed area (x right, y down) is positive.
     pub exterior: Ring,
@@ -123,8 +126,10 @@ pub struct Drawing {
     pub width: usize,
     /// Height of the canvas in pixels.
     pub height: usize,
-    /// The shared boundary curves of the regions, black on their left: closed ones end with `ClosePath`, open ones begin and end on
-    /// the frame. From the top down, as all marks.
+    /// Its inks and its paper.
+    pub palette: Palette,
+    /// The shared boundary curves of the regions, the lower ink on their left (black, of black and white): closed ones end with
+    /// `ClosePath`, open ones begin and end on the frame, or in a junction where three inks meet. From the top down, as all marks.
     pub curves: Vec<BezPath>,
     /// The dots, from the top down (by y, then x).
     pub stipples: Vec<Stipple>,
@@ -138,9 +143,11 @@ pub struct Drawing {
     pub provenance: Provenance,
 }
 
-/// All marks of one level, in the drawing's order; they share their ink and are disjoint.
+/// All marks of one level and ink, in the drawing's order; they are disjoint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
+    /// How many marks lie under each of them.
+    pub level: u32,
     /// What they are drawn with.
     pub ink: Ink,
     /// The marks.
@@ -148,28 +155,33 @@ pub struct Level {
 }
 
 impl Drawing {
-    /// The marks to paint on white paper, level by level from the lowest. Level 0 (white that touches the frame) is the paper
+    /// The marks to paint on the paper, level by level from the lowest, and by ink. Level 0 (paper that touches the frame) is the paper
     /// itself and is left out.
     pub fn levels(&self) -> Vec<Level> {
-        let mut levels: Vec<Level> = Vec::new();
+        let mut levels: BTreeMap<(u32, Ink), Vec<Mark>> = BTreeMap::new();
         for &mark in &self.order {
-            let (level, ink) = match mark {
+            let place = match mark {
                 Mark::Stipple(i) => (self.stipples[i as usize].level, self.stipples[i as usize].ink),
                 Mark::Region(i) => (self.regions[i as usize].level, self.regions[i as usize].ink),
             };
-            let level = level as usize;
-            while levels.len() <= level {
-                let ink = if levels.len().is_multiple_of(2) { Ink::White } else { Ink::Black };
-                levels.push(Level { ink, marks: Vec::new() });
+            if place.0 > 0 {
+                levels.entry(place).or_default().push(mark);
             }
-            debug_assert_eq!(levels[level].ink, ink);
-            levels[level].marks.push(mark);
         }
-        if !levels.is_empty() {
-            levels.remove(0);
+        levels.into_iter().map(|((level, ink), marks)| Level { level, ink, marks }).collect()
+    }
+
+    /// The inks to the left and to the right of every curve.
+    pub fn sides(&self) -> Vec<[Ink; 2]> {
+        let mut sides = vec![[Ink::BLACK; 2]; self.curves.len()];
+        for region in &self.regions {
+            for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
+                if let RingPart::Curve { index, reversed } = *part {
+                    sides[index as usize][usize::from(reversed)] = region.ink;
+                }
+            }
         }
-        levels.retain(|level| !level.marks.is_empty());
-        levels
+        sides
     }
 
     /// The path of a ring with its true curves; empty for the outline of a stipple, which is no path but a circle.
@@ -253,7 +265,7 @@ impl Drawing {
     /// On-curve points and coordinate pairs that an SVG file of one ink holds, control points included but for those that are the
     /// last one mirrored: every curve is written once, a dot counts one, and so does a corner of the canvas that is black.
     pub fn count_written(&self) -> (usize, usize) {
-        let black = self.regions.iter().filter(|region| region.ink == Ink::Black);
+        let black = self.regions.iter().filter(|region| region.ink == Ink::BLACK);
         let corners = black.flat_map(|region| &region.exterior.parts).filter(|part| matches!(part, RingPart::Corner(..))).count();
         let (mut anchors, mut coordinates) = (self.stipples.len() + corners, self.stipples.len() + corners);
         let add = |a: (usize, usize), b: (usize, usize)| (a.0 + b.0, a.1 + b.1);

@@ -5,13 +5,16 @@
 //! canvas is wide and high. Flattened, all but the ends of open curves lies inside the frame, and nothing touches or crosses anything,
 //! itself included. Dots touch nothing. Time is n log n and memory linear in the number of points.
 
+use std::collections::HashMap;
+
 use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
 use rayon::prelude::*;
 
 use crate::base::{
-    Control, Error, Frame, Ink, Result, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flattening_steps,
+    Control, Error, Frame, Ink, Palette, Result, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flattening_steps,
     flattening_tolerance, in_one_line, is_closed,
 };
+use crate::drawing::assembly::{bits, junctions};
 use crate::drawing::sweep::{Line, Meeting, Swept, Top, sweep};
 use crate::outlines::Stipple;
 
@@ -33,8 +36,11 @@ pub(crate) struct Loose {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) units: f64,
-    /// Black on their left.
+    pub(crate) palette: Palette,
+    /// The lower ink on their left.
     pub(crate) curves: Vec<BezPath>,
+    /// What is on the left and on the right of every curve; where there is nothing, black and white.
+    pub(crate) sides: Vec<[Ink; 2]>,
     pub(crate) stipples: Vec<Stipple>,
     /// Ink of the canvas if there is nothing on it.
     pub(crate) ground: Ink,
@@ -51,6 +57,11 @@ pub(crate) enum Shape {
 pub(crate) type Names<'a> = &'a (dyn Fn(Shape) -> String + Sync);
 
 impl Loose {
+    /// What is on the left and on the right of a curve.
+    pub(super) fn inks(&self, curve: usize) -> [Ink; 2] {
+        self.sides.get(curve).copied().unwrap_or([Ink::BLACK, Ink::WHITE])
+    }
+
     pub(super) fn frame(&self) -> Frame {
         Frame { width: self.width as f64, height: self.height as f64 }
     }
@@ -74,8 +85,9 @@ impl Loose {
         }
         let refused = |(shape, what): (Shape, &'static str)| invalid(format!("{} {what}", names(shape)));
         let frame = self.frame();
+        let has_junctions = self.palette.len() > 2;
         for (number, curve) in self.curves.iter().enumerate() {
-            check_curve(curve, frame).map_err(|what| refused((Shape::Curve(number), what)))?;
+            check_curve(curve, frame, has_junctions).map_err(|what| refused((Shape::Curve(number), what)))?;
         }
         for (number, dot) in self.stipples.iter().enumerate() {
             check_dot(dot, frame).map_err(|what| refused((Shape::Stipple(number), what)))?;
@@ -114,8 +126,9 @@ impl Loose {
             }
         }
         let frame = self.frame();
+        let gaps = self.gaps(tolerance);
         let line = |(number, curve): (usize, &BezPath)| {
-            let points = flatten_path(curve, tolerance);
+            let mut points = flatten_path(curve, tolerance);
             let closed = is_closed(curve);
             let inner = if closed { &points[..] } else { &points[1..points.len() - 1] };
             let refused = |what| (Shape::Curve(number), what);
@@ -126,6 +139,14 @@ impl Loose {
             };
             if lies_on_frame || !inner.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
                 return Err(refused("touches or crosses the edge of the canvas"));
+            }
+            if !closed {
+                let last = points.len() - 1;
+                for (end, next) in [(0, 1), (last, last - 1)] {
+                    if let Some(gap) = gaps.get(&bits(Point::new(points[end][0], points[end][1]))) {
+                        points[end] = beside_junction(points[end], points[next], *gap);
+                    }
+                }
             }
             Line::new(points.into_iter(), closed).ok_or_else(|| refused("encloses nothing"))
         };
@@ -143,6 +164,38 @@ impl Loose {
         });
         of_curves.chain(of_dots).collect()
     }
+}
+
+impl Loose {
+    /// How far from every junction the sweep sees curves end: as far up or down for all that end there, and much less than their first
+    /// edges reach. So they do not touch, and stand in their order from left to right at the height at which they begin.
+    fn gaps(&self, tolerance: f64) -> HashMap<[u64; 2], f64> {
+        let junctions = junctions(self.frame(), &self.curves);
+        let gap = |ends: &[(u32, bool)]| {
+            let heights = ends.iter().map(|(curve, begins)| {
+                let points = flatten_path(&self.curves[*curve as usize], tolerance);
+                let last = points.len() - 1;
+                let [[x, y], [next_x, next_y]] = if *begins { [points[0], points[1]] } else { [points[last], points[last - 1]] };
+                // One that leaves on a level is cut by as much of its length.
+                let (across, down) = ((next_x - x).abs(), (next_y - y).abs());
+                if down > 0.0 { down } else { across }
+            });
+            GAP * heights.fold(f64::INFINITY, f64::min)
+        };
+        junctions.par_iter().map(|(at, ends)| (*at, gap(ends))).collect()
+    }
+}
+
+/// The part of the shortest edge from a junction that the sweep does not see.
+const GAP: f64 = 1.0 / 1024.0;
+
+/// The point of the edge from a junction to the next point that is a gap up or down from it, or to the side.
+fn beside_junction([x, y]: [f64; 2], [next_x, next_y]: [f64; 2], gap: f64) -> [f64; 2] {
+    let down = next_y - y;
+    if down == 0.0 {
+        return [x + gap.copysign(next_x - x), y];
+    }
+    [x + (next_x - x) * (gap / down.abs()), y + gap.copysign(down)]
 }
 
 /// A polygon around the circle of a dot and around its own polygon, which regions have for a hole. Between two corners of that one, where
@@ -177,7 +230,7 @@ fn flattened_count(curve: &BezPath, tolerance: f64) -> f64 {
     count
 }
 
-fn check_curve(curve: &BezPath, frame: Frame) -> std::result::Result<(), &'static str> {
+fn check_curve(curve: &BezPath, frame: Frame, has_junctions: bool) -> std::result::Result<(), &'static str> {
     let elements = curve.elements();
     let is_one = matches!(elements, [PathEl::MoveTo(_), rest @ ..] if !rest.is_empty()
         && rest.iter().all(|element| !matches!(element, PathEl::MoveTo(_)))
@@ -203,7 +256,7 @@ fn check_curve(curve: &BezPath, frame: Frame) -> std::result::Result<(), &'stati
     }
     let on_frame = |element: Option<&PathEl>| element.and_then(PathEl::end_point).is_some_and(|p| !frame.holds(p));
     let has_ends = !is_closed(curve);
-    if has_ends && [elements.first(), elements.last()].into_iter().any(|end| !on_frame(end)) {
+    if has_ends && !has_junctions && [elements.first(), elements.last()].into_iter().any(|end| !on_frame(end)) {
         return Err("is neither closed nor goes from frame to frame");
     }
     Ok(())
@@ -227,9 +280,18 @@ mod tests {
     /// Puts together curves, given as path data, and black dots, on a canvas of 40 x 20.
     fn made(curves: &[&str], dots: &[[f64; 3]]) -> Result<crate::Drawing> {
         let curves = curves.iter().map(|data| BezPath::from_svg(data).unwrap()).collect();
-        let dot = |[x, y, radius]: &[f64; 3]| Stipple { x: *x, y: *y, radius: *radius, ink: Ink::Black, level: 0 };
+        let dot = |[x, y, radius]: &[f64; 3]| Stipple { x: *x, y: *y, radius: *radius, ink: Ink::BLACK, level: 0 };
         let stipples = dots.iter().map(dot).collect();
-        let loose = Loose { width: 40, height: 20, units: 16.0, curves, stipples, ground: Ink::White };
+        let loose = Loose {
+            width: 40,
+            height: 20,
+            units: 16.0,
+            curves,
+            stipples,
+            ground: Ink::WHITE,
+            palette: Palette::default(),
+            sides: vec![],
+        };
         put_together(loose, &|shape| format!("{shape:?}"), &Control::new())
     }
 
@@ -302,11 +364,29 @@ mod tests {
         let units = MOST_UNITS;
         let quads = "Q39 -19 1 10 Q-39 39 39 10 ".repeat(4000);
         let curves = vec![BezPath::from_svg(&format!("M39 10 {quads}Z")).unwrap()];
-        let loose = Loose { width: 40, height: 20, units, curves, stipples: vec![], ground: Ink::White };
+        let loose = Loose {
+            width: 40,
+            height: 20,
+            units,
+            curves,
+            stipples: vec![],
+            ground: Ink::WHITE,
+            palette: Palette::default(),
+            sides: vec![],
+        };
         let error = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap_err().to_string();
         assert!(error.ends_with("Curve(0) bends further than curves of a drawing do"), "{error}");
         for units in [0.5, 3.0, f64::NAN, f64::INFINITY, 2.0 * MOST_UNITS, -16.0] {
-            let loose = Loose { width: 40, height: 20, units, curves: vec![], stipples: vec![], ground: Ink::White };
+            let loose = Loose {
+                width: 40,
+                height: 20,
+                units,
+                curves: vec![],
+                stipples: vec![],
+                ground: Ink::WHITE,
+                palette: Palette::default(),
+                sides: vec![],
+            };
             let error = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap_err().to_string();
             assert!(error.ends_with("but there must be a power of two from 1 to 1048576"), "{error}");
         }

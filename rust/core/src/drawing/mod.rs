@@ -5,6 +5,7 @@ mod assembly;
 mod data;
 mod least_radius;
 mod loose;
+mod plates;
 mod sides;
 mod stats;
 mod sweep;

@@ -1,12 +1,15 @@
 //! What lies beside curves and dots, found again from where they are.
 //!
 //! Next to a curve lies what its nearest neighbour to the left has on its right; a sweep finds the neighbours (see
-//! [`super::sweep`]), and along the frame the ends of open curves are neighbours.
+//! [`super::sweep`]), and along the frame the ends of open curves are neighbours. Around a junction every ink lies between two curves.
+//! Of curves that hang together by junctions and are not on the frame, the uppermost point of all says what is around them.
+
+use std::collections::BTreeMap;
 
 use kurbo::{Point, Shape as _};
 
 use crate::base::{Control, Frame, Ink, Result, is_closed};
-use crate::drawing::assembly::{End, assemble, ends_on_frame};
+use crate::drawing::assembly::{FrameEnd, assemble, ends_on_frame, junctions};
 use crate::drawing::data::Drawing;
 use crate::drawing::loose::{Loose, Names, Shape, invalid};
 use crate::drawing::sweep::Top;
@@ -23,30 +26,33 @@ pub(crate) fn put_together(loose: Loose, names: Names, control: &Control) -> Res
         control.check()?;
         sides.take_up(top)?;
     }
+    if let Some(cluster) = sides.is_placed.iter().position(|is_placed| !is_placed) {
+        return Err(sides.lost(cluster));
+    }
     let (mut inks, ids) = sides.components();
-    let beside = |number: usize| [ids[black_side(number)], ids[white_side(number)]];
+    let beside = |number: usize| [ids[left_side(number)], ids[right_side(number)]];
     let mut stipples = Vec::with_capacity(loose.stipples.len());
     for (number, (dot, around)) in loose.stipples.iter().zip(&sides.around).enumerate() {
         let around = ids[*around];
         if dot.ink == inks[around as usize] {
-            let ink = dot.ink.name();
+            let ink = loose.palette.name(dot.ink);
             return Err(invalid(format!("{} is {ink} and lies in {ink}", names(Shape::Stipple(number)))));
         }
         stipples.push((*dot, [inks.len() as u32, around]));
         inks.push(dot.ink);
     }
     let on_frame = ids[sides.ground];
-    let Loose { width, height, units, curves, .. } = loose;
+    let Loose { width, height, units, palette, curves, .. } = loose;
     let curves = curves.into_iter().enumerate().map(|(number, curve)| (curve, beside(number))).collect();
-    let parts = Parts { width, height, units, curves, stipples, inks, on_frame };
+    let parts = Parts { width, height, units, palette, curves, stipples, inks, on_frame };
     assemble(parts).map_err(|error| invalid(format!("its shapes do not fit together ({error})")))
 }
 
-fn black_side(curve: usize) -> usize {
+fn left_side(curve: usize) -> usize {
     2 * curve
 }
 
-fn white_side(curve: usize) -> usize {
+fn right_side(curve: usize) -> usize {
     2 * curve + 1
 }
 
@@ -60,19 +66,40 @@ struct Sides<'a> {
     inks: Vec<Ink>,
     /// What stands for the canvas where no curve ends on the frame.
     ground: usize,
-    ends: Vec<End>,
+    ends: Vec<FrameEnd>,
     /// The side that every dot lies in.
     around: Vec<usize>,
+    /// What every curve hangs together with by junctions, and of each of these whether it is known what is around it.
+    clusters: Vec<usize>,
+    is_placed: Vec<bool>,
 }
 
 impl<'a> Sides<'a> {
     fn new(loose: &'a Loose, names: Names<'a>) -> Result<Self> {
         let ground = 2 * loose.curves.len();
-        let mut inks: Vec<Ink> = (0..ground).map(|side| if side % 2 == 0 { Ink::Black } else { Ink::White }).collect();
-        inks.push(loose.stipples.first().map_or(loose.ground, |dot| dot.ink.other()));
+        let mut inks: Vec<Ink> = (0..loose.curves.len()).flat_map(|curve| loose.inks(curve)).collect();
+        // What stands for the canvas has the ink of the first that is found there.
+        inks.push(loose.ground);
         let (frame, joined) = (loose.frame(), (0..inks.len()).collect());
         let ends = ends_on_frame(frame, &loose.curves);
-        let mut sides = Self { loose, names, frame, joined, inks, ground, ends, around: vec![ground; loose.stipples.len()] };
+        let (clusters, count) = clusters(frame, loose);
+        let mut sides = Self {
+            loose,
+            names,
+            frame,
+            joined,
+            inks,
+            ground,
+            ends,
+            around: vec![ground; loose.stipples.len()],
+            clusters,
+            is_placed: vec![false; count],
+        };
+        for k in 0..sides.ends.len() {
+            let cluster = sides.clusters[sides.ends[k].curve as usize];
+            sides.is_placed[cluster] = true;
+        }
+        sides.join_in_junctions()?;
         for k in 0..sides.ends.len() {
             let next = (k + 1) % sides.ends.len();
             let ([_, after], [before, _]) = (sides.around(k), sides.around(next));
@@ -84,10 +111,39 @@ impl<'a> Sides<'a> {
         Ok(sides)
     }
 
+    /// Joins the sides of every ink around every junction.
+    fn join_in_junctions(&mut self) -> Result<()> {
+        let mut around: Vec<Vec<(u32, bool)>> = junctions(self.frame, &self.loose.curves).into_values().collect();
+        around.sort_unstable();
+        for ends in around {
+            let mut of_inks: BTreeMap<Ink, Vec<usize>> = BTreeMap::new();
+            for (curve, _) in &ends {
+                for side in [left_side(*curve as usize), right_side(*curve as usize)] {
+                    of_inks.entry(self.inks[side]).or_default().push(side);
+                }
+            }
+            // Sides of one ink were of one ink before, whatever was joined to them.
+            if ends.len() != 3 || of_inks.len() != 3 || of_inks.values().any(|sides| sides.len() != 2) {
+                let shape = Shape::Curve(ends[0].0 as usize);
+                return Err(invalid(format!("{} ends where no three inks meet", (self.names)(shape))));
+            }
+            for sides in of_inks.into_values() {
+                self.join(sides[0], sides[1]).map_err(|inks| self.differ(Shape::Curve(ends[0].0 as usize), None, inks))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// That nothing says what is around a cluster.
+    fn lost(&self, cluster: usize) -> crate::Error {
+        let curve = self.clusters.iter().position(|of_curve| *of_curve == cluster).unwrap_or_default();
+        invalid(format!("{} has no uppermost point", (self.names)(Shape::Curve(curve))))
+    }
+
     /// The sides on the frame just before and just after an end, in the positive direction.
     fn around(&self, k: usize) -> [usize; 2] {
         let curve = self.ends[k].curve as usize;
-        self.ends[k].around([black_side(curve), white_side(curve)])
+        self.ends[k].around([left_side(curve), right_side(curve)])
     }
 
     fn root(&mut self, mut side: usize) -> usize {
@@ -121,7 +177,8 @@ impl<'a> Sides<'a> {
 
     fn differ(&self, shape: Shape, beside: Option<Shape>, [own, other]: [Ink; 2]) -> crate::Error {
         let beside = beside.map_or_else(|| "the edge of the canvas".to_owned(), self.names);
-        invalid(format!("{} is {} towards {beside}, which is {} there", (self.names)(shape), own.name(), other.name()))
+        let [own, other] = [own, other].map(|ink| self.loose.palette.name(ink));
+        invalid(format!("{} is {own} towards {beside}, which is {other} there", (self.names)(shape)))
     }
 
     /// Takes up what lies beside the top of a curve or a dot. What lies on the left was taken up before.
@@ -129,12 +186,12 @@ impl<'a> Sides<'a> {
         let shape = self.loose.shape(top.line);
         let neighbour = top.beside.map(|beside| (self.loose.shape(beside.line), beside.falls));
         let side = match neighbour {
-            // What falls has its left, the black side, on the left of who looks at it.
+            // What falls has its left side on the left of who looks at it.
             Some((Shape::Curve(curve), falls)) => {
                 if falls {
-                    white_side(curve)
+                    right_side(curve)
                 } else {
-                    black_side(curve)
+                    left_side(curve)
                 }
             }
             // The polygon of a dot falls on the right.
@@ -145,17 +202,33 @@ impl<'a> Sides<'a> {
         match shape {
             Shape::Stipple(dot) => self.around[dot] = side,
             Shape::Curve(number) if is_closed(&self.loose.curves[number]) => {
+                self.is_placed[self.clusters[number]] = true;
                 let area = self.loose.curves[number].area();
                 if area == 0.0 || (area > 0.0) != top.turns_left {
                     return Err(invalid(format!("{} encloses nothing", (self.names)(shape))));
                 }
-                let outer = if top.turns_left { white_side(number) } else { black_side(number) };
+                let outer = if top.turns_left { right_side(number) } else { left_side(number) };
                 self.join(outer, side).map_err(|inks| self.differ(shape, neighbour.map(|(shape, _)| shape), inks))?;
             }
-            // The frame has said it.
-            Shape::Curve(_) => {}
+            // An open one: if the frame has not said it, what comes first of all that hangs together says it.
+            Shape::Curve(number) => {
+                if !std::mem::replace(&mut self.is_placed[self.clusters[number]], true) {
+                    let outer = self.side_around_top(number, top);
+                    self.join(outer, side).map_err(|inks| self.differ(shape, neighbour.map(|(shape, _)| shape), inks))?;
+                }
+            }
         }
         Ok(())
+    }
+
+    /// The side of an open curve that is around its uppermost point.
+    fn side_around_top(&self, number: usize, top: &Top) -> usize {
+        let is_right = match top.end {
+            // It begins there and falls, with its left on the left of who looks at it; or it rises and ends there.
+            Some(begins) => !begins,
+            None => top.turns_left,
+        };
+        if is_right { right_side(number) } else { left_side(number) }
     }
 
     /// The side that lies at the left of the frame, at a height or just below.
@@ -185,4 +258,33 @@ impl<'a> Sides<'a> {
         }
         (inks, ids)
     }
+}
+
+/// What every curve hangs together with by junctions, by numbers from 0 on, and how many there are.
+fn clusters(frame: Frame, loose: &Loose) -> (Vec<usize>, usize) {
+    let mut joined: Vec<usize> = (0..loose.curves.len()).collect();
+    let root = |joined: &mut Vec<usize>, mut curve: usize| {
+        while joined[curve] != curve {
+            joined[curve] = joined[joined[curve]];
+            curve = joined[curve];
+        }
+        curve
+    };
+    for ends in junctions(frame, &loose.curves).into_values() {
+        for pair in ends.windows(2) {
+            let (a, b) = (root(&mut joined, pair[0].0 as usize), root(&mut joined, pair[1].0 as usize));
+            joined[a.max(b)] = a.min(b);
+        }
+    }
+    let (mut numbers, mut count) = (vec![0; joined.len()], 0);
+    for curve in 0..joined.len() {
+        let first = root(&mut joined, curve);
+        if first == curve {
+            numbers[curve] = count;
+            count += 1;
+        } else {
+            numbers[curve] = numbers[first];
+        }
+    }
+    (numbers, count)
 }

@@ -60,6 +60,8 @@ pub(super) struct Top {
     pub(super) beside: Option<Neighbour>,
     /// Whether a closed line encloses what is on its left.
     pub(super) turns_left: bool,
+    /// Where it is an end of an open line, whether the line begins there.
+    pub(super) end: Option<bool>,
 }
 
 /// Two lines that touch or cross, or one that does so with itself.
@@ -114,7 +116,8 @@ pub(super) fn sweep(lines: &[Line], control: &Control) -> Result<Swept> {
                     let falls = |chain: u32| chains.all[chain as usize].falls;
                     let before = front.before[left as usize];
                     let beside = (before != NONE).then(|| Neighbour { line: chains.line(before), falls: falls(before) });
-                    tops.push(Top { line, point: at, beside, turns_left: !falls(left) });
+                    let end = (group.len() == 1).then(|| falls(left));
+                    tops.push(Top { line, point: at, beside, turns_left: !falls(left), end });
                 }
                 met
             }

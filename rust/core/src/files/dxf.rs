@@ -165,8 +165,8 @@ fn layouts(text: &mut String, placement: &Placement) {
 
 fn colour(ink: Ink) -> u8 {
     match ink {
-        Ink::Black => 7,
-        Ink::White => 1,
+        Ink::BLACK => 7,
+        _ => 1,
     }
 }
 

@@ -269,7 +269,7 @@ impl Export {
         if let Some(paper) = &self.paper {
             let [black, white] = colours(self.style, self.inks, Some(paper));
             if black == white {
-                let ink = if self.inks == Inks::White { Ink::White } else { Ink::Black };
+                let ink = if self.inks == Inks::White { Ink::WHITE } else { Ink::BLACK };
                 let rule = format!("another colour than {0}: nothing drawn in {0} ink would show on it", ink.name());
                 return Err(Error::option("paper", paper, rule));
             }

@@ -120,7 +120,7 @@ pub struct Layers {
 impl Layers {
     /// The colour of marks.
     pub fn colour(&self, ink: Ink) -> [u8; 3] {
-        self.colours[ink as usize]
+        self.colours[ink.index()]
     }
 }
 
@@ -160,14 +160,15 @@ impl Drawing {
 
     fn layered(&self) -> Vec<Layer> {
         let mut layers = Vec::new();
-        for (number, level) in (1..).zip(self.levels()) {
+        for level in self.levels() {
+            let number = level.level;
             let (stipples, regions): (Vec<Mark>, Vec<Mark>) =
                 level.marks.into_iter().partition(|mark| matches!(mark, Mark::Stipple(_)));
             for (kind, marks) in [("regions", regions), ("stipples", stipples)] {
                 if !marks.is_empty() {
                     layers.push(Layer {
-                        id: format!("level-{number}-{}-{kind}", level.ink.name()),
-                        label: format!("Level {number}: {} {kind}", level.ink.name()),
+                        id: format!("level-{number}-{}-{kind}", self.palette.name(level.ink)),
+                        label: format!("Level {number}: {} {kind}", self.palette.name(level.ink)),
                         ink: level.ink,
                         areas: marks.iter().map(|mark| self.area(*mark, false)).collect(),
                     });
@@ -178,9 +179,9 @@ impl Drawing {
     }
 
     fn flat(&self, inks: Inks) -> Vec<Layer> {
-        let wanted = |ink: Ink| matches!((inks, ink), (Inks::Both, _) | (Inks::Black, Ink::Black) | (Inks::White, Ink::White));
+        let wanted = |ink: Ink| matches!((inks, ink), (Inks::Both, _) | (Inks::Black, Ink::BLACK) | (Inks::White, Ink::WHITE));
         let mut layers = Vec::new();
-        for ink in [Ink::Black, Ink::White].into_iter().filter(|ink| wanted(*ink)) {
+        for ink in [Ink::BLACK, Ink::WHITE].into_iter().filter(|ink| wanted(*ink)) {
             let regions = (0..self.regions.len()).filter(|i| self.regions[*i].ink == ink);
             let stipples = (0..self.stipples.len()).filter(|i| self.stipples[*i].ink == ink);
             let regions: Vec<Area> = regions.map(|i| self.area(Mark::Region(i as u32), true)).collect();

@@ -9,7 +9,7 @@
 
 use kurbo::{BezPath, PathEl, Point, Shape as _};
 
-use crate::base::{Control, FINEST_GRID, Ink, Result, snap};
+use crate::base::{Control, FINEST_GRID, Ink, Palette, Result, snap};
 use crate::drawing::{Drawing, Loose, Provenance, Shape, put_together};
 use crate::files::layers::circle_area;
 use crate::files::sources::Sources;
@@ -22,8 +22,11 @@ pub(super) struct Contents {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) units: f64,
-    /// Black on their left; closed, or from frame to frame.
+    pub(super) palette: Palette,
+    /// The lower ink on their left; closed, or from frame or junction to frame or junction.
     pub(super) curves: Vec<BezPath>,
+    /// What is on the left and on the right of every curve, of other inks than black and white.
+    pub(super) sides: Vec<[Ink; 2]>,
     pub(super) stipples: Vec<Stipple>,
     /// Ink of the canvas if there is nothing on it.
     pub(super) ground: Ink,
@@ -63,7 +66,7 @@ impl Contents {
                 self.stipples.push(Stipple { x, y, radius, ink, level: 0 });
             }
             Subpath::Ring(ring) => {
-                let oriented = |curve: BezPath| if ink == Ink::Black { curve } else { curve.reverse_subpaths() };
+                let oriented = |curve: BezPath| if ink == Ink::BLACK { curve } else { curve.reverse_subpaths() };
                 match self.cut_at_frame(&ring) {
                     None => self.curves.push(oriented(ring)),
                     Some(curves) => {
@@ -111,7 +114,7 @@ impl Contents {
 
 /// The drawing of these curves and dots.
 pub(super) fn rebuild(contents: Contents, control: &Control) -> Result<Drawing> {
-    let Contents { width, height, units, curves, stipples, ground, provenance, sources } = contents;
+    let Contents { width, height, units, palette, curves, sides, stipples, ground, provenance, sources } = contents;
     check_size(width, height)?;
     let names = |shape: Shape| match shape {
         Shape::Curve(number) => sources.curve(number),
@@ -119,7 +122,7 @@ pub(super) fn rebuild(contents: Contents, control: &Control) -> Result<Drawing> 
     };
     let curves = curves.into_iter().map(|curve| settled(&curve)).collect();
     let stipples = stipples.into_iter().map(|dot| settled_dot(dot, units)).collect();
-    let drawing = put_together(Loose { width, height, units, curves, stipples, ground }, &names, control)?;
+    let drawing = put_together(Loose { width, height, units, palette, curves, sides, stipples, ground }, &names, control)?;
     Ok(Drawing { provenance, ..drawing })
 }
 

@@ -4,7 +4,7 @@ use kurbo::BezPath;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::base::{Control, Ink, Result};
+use crate::base::{Control, Ink, Palette, Result, WrittenPalette};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::{Canvas, Dot, FORMAT};
 use crate::files::load::{Contents, rebuild};
@@ -23,11 +23,14 @@ pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
         version: String,
         importance: String,
         options: Map<String, Value>,
+        palette: Option<WrittenPalette>,
         canvas: Canvas,
         units: f64,
         stipples: Vec<Dot>,
         regions: Vec<Region>,
         curves: Vec<String>,
+        #[serde(default)]
+        sides: Vec<[u8; 2]>,
         #[serde(flatten)]
         rest: Map<String, Value>,
     }
@@ -35,6 +38,21 @@ pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
     if document.format != FORMAT {
         return Err(invalid(format!("its format is \"{}\", but it must be \"{FORMAT}\"", document.format)));
     }
+    let palette = document.palette.map_or_else(|| Ok(Palette::default()), Palette::try_from).map_err(invalid)?;
+    let ink_of = |label: u8| ink_of(label, &palette);
+    if palette.len() > 2 && document.sides.len() != document.curves.len() {
+        let told = format!("it tells what is beside {} curves, but it has {}", document.sides.len(), document.curves.len());
+        return Err(invalid(told));
+    }
+    let beside = |(number, labels): (usize, &[u8; 2])| -> Result<[Ink; 2]> {
+        let [left, right] = labels.map(ink_of);
+        let named = |told| invalid(format!("a side of curve {number} {told}"));
+        let sides = [left.map_err(named)?, right.map_err(named)?];
+        if sides[0] >= sides[1] {
+            return Err(invalid(format!("curve {number} has the inks {labels:?} beside it, but the left must be the lower")));
+        }
+        Ok(sides)
+    };
     let stipple = |(number, dot): (usize, Dot)| {
         let ink = ink_of(dot.ink).map_err(|told| invalid(format!("stipple {number} {told}")))?;
         Ok(Stipple { x: dot.x, y: dot.y, radius: dot.radius, ink, level: 0 })
@@ -47,8 +65,9 @@ pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
         height: document.canvas.height,
         units: document.units,
         curves: document.curves.iter().enumerate().map(curve).collect::<Result<_>>()?,
+        sides: document.sides.iter().enumerate().map(beside).collect::<Result<_>>()?,
         stipples: document.stipples.into_iter().enumerate().map(stipple).collect::<Result<_>>()?,
-        ground: document.regions.first().map_or(Ok(Ink::White), |region| ink_of(region.ink)).map_err(invalid)?,
+        ground: document.regions.first().map_or(Ok(palette.paper_label()), |region| ink_of(region.ink)).map_err(invalid)?,
         provenance: Provenance {
             version: document.version,
             importance: document.importance,
@@ -56,6 +75,7 @@ pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
             rest: document.rest,
         },
         sources: Sources::default(),
+        palette: palette.clone(),
     };
     let drawing = rebuild(contents, control)?;
     check_regions(&document.regions, &drawing)?;
@@ -69,11 +89,16 @@ struct Region {
     area: f64,
 }
 
-fn ink_of(label: u8) -> std::result::Result<Ink, String> {
-    match label {
-        0 | 1 => Ok(Ink::of_label(label)),
-        other => Err(format!("has the ink {other}, but it must be 0 (black) or 1 (white)")),
+fn ink_of(label: u8, palette: &Palette) -> std::result::Result<Ink, String> {
+    if usize::from(label) < palette.len() {
+        return Ok(Ink::of_label(label));
     }
+    let allowed = if palette.is_black_and_white() {
+        "0 (black) or 1 (white)".to_owned()
+    } else {
+        format!("0 to {} (the paper)", palette.len() - 1)
+    };
+    Err(format!("has the ink {label}, but it must be {allowed}"))
 }
 
 /// How far the area of a region that is told may be from that of its curves: a part of it, and some px^2 more. Another version may
@@ -88,9 +113,9 @@ fn check_regions(told: &[Region], drawing: &Drawing) -> Result<()> {
     for (number, (told, region)) in told.iter().zip(&drawing.regions).enumerate() {
         let area = drawing.region_area(number);
         let is_near = (told.area - area).abs() <= AREA_LEFT[0] * area + AREA_LEFT[1];
-        if told.ink != region.ink as u8 || !is_near {
+        if told.ink != region.ink.label() || !is_near {
             let of = |ink: u8, area: f64| format!("ink {ink} and {area:.1} px^2");
-            let [told, bound] = [of(told.ink, told.area), of(region.ink as u8, area)];
+            let [told, bound] = [of(told.ink, told.area), of(region.ink.label(), area)];
             return Err(invalid(format!("region {number} is told to have {told}, but its curves bound {bound}")));
         }
     }

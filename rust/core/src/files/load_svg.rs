@@ -11,7 +11,7 @@ use std::fmt;
 use kurbo::{BezPath, PathEl};
 use roxmltree::{Document, Node};
 
-use crate::base::{Color, Control, Ink, Result, in_one_line};
+use crate::base::{Color, Control, Ink, Palette, Result, in_one_line};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::NAMES;
 use crate::files::layers::{Area, Style};
@@ -188,12 +188,12 @@ impl Role {
         };
         let (ink, kind) = name.split_once('-')?;
         let ink = match ink {
-            "black" => Ink::Black,
-            "white" => Ink::White,
+            "black" => Ink::BLACK,
+            "white" => Ink::WHITE,
             _ => return None,
         };
         // Black lies on the paper, white on black.
-        if level > 0 && level % 2 != u32::from(ink == Ink::Black) {
+        if level > 0 && level % 2 != u32::from(ink == Ink::BLACK) {
             return None;
         }
         match kind {
@@ -238,16 +238,17 @@ impl Reader {
         check_size(width, height)?;
         let units = number(value("units")).filter(|units| *units >= 1.0).ok_or_else(|| missing("units"))?;
         let ground = match about.attribute("ground") {
-            None => Ink::White,
-            Some("black") => Ink::Black,
+            None => Ink::WHITE,
+            Some("black") => Ink::BLACK,
             Some(_) => return Err(missing("ground")),
         };
         let mut provenance: Provenance = serde_json::from_str(about.text().unwrap_or_default()).map_err(invalid)?;
         // A JSON file has names of its own beside those of the provenance.
         provenance.rest.retain(|name, _| !NAMES.contains(&name.as_str()));
         let empty = |provenance| {
-            let (curves, stipples, sources) = (Vec::new(), Vec::new(), Sources::default());
-            Contents { width, height, units, curves, stipples, ground, provenance, sources }
+            let (curves, sides, stipples, sources) = (Vec::new(), Vec::new(), Vec::new(), Sources::default());
+            let palette = Palette::default();
+            Contents { width, height, units, palette, curves, sides, stipples, ground, provenance, sources }
         };
         let (contents, again) = (empty(provenance), empty(Provenance::default()));
         Ok(Self { contents, again, has_black: false, is_twice: false, shown: Shown::default(), paper: None })
@@ -314,9 +315,9 @@ impl Reader {
             return Err(other_value(group, "transform"));
         }
         let expected = match (kind.ink, kind.level) {
-            (Ink::Black, _) => BLACK,
-            (Ink::White, 0) => WHITE,
-            (Ink::White, _) => self.paper.unwrap_or(WHITE),
+            (Ink::BLACK, _) => BLACK,
+            (_, 0) => WHITE,
+            (_, _) => self.paper.unwrap_or(WHITE),
         };
         let as_it_is = |name: &str, value: Option<&str>| {
             if group.attribute(name) == value { Ok(()) } else { Err(other_value(group, name)) }
@@ -333,8 +334,8 @@ impl Reader {
         }
 
         let is_flat = kind.level == 0;
-        let is_again = is_flat && kind.ink == Ink::White && self.has_black;
-        self.has_black |= is_flat && kind.ink == Ink::Black;
+        let is_again = is_flat && kind.ink == Ink::WHITE && self.has_black;
+        self.has_black |= is_flat && kind.ink == Ink::BLACK;
         self.is_twice |= is_again;
         let contents = if is_again { &mut self.again } else { &mut self.contents };
         let id = group.attribute("id").unwrap_or_default();
@@ -397,7 +398,7 @@ impl Shown {
         };
         if self.layers.is_empty() {
             // Nothing is on the canvas, so the paper alone is seen.
-            let ground = if self.paper == Some(BLACK) { Ink::Black } else { Ink::White };
+            let ground = if self.paper == Some(BLACK) { Ink::BLACK } else { Ink::WHITE };
             let is_seen = drawing.regions.iter().all(|region| region.ink == ground);
             return if is_seen { Ok(()) } else { Err(invalid("its paper is not the ink of a canvas with nothing on it")) };
         }

@@ -338,7 +338,7 @@ mod tests {
         let scale = 0.75 / cubic::units_per_pixel(&drawing);
         assert!(content.starts_with(&format!("{scale} 0 0 -{scale} 0 36 cm\n/OC /black-regions BDC\n0 g\n")), "{content}");
         // Two black regions and four black dots, each a path of its own; the dots' circles have four curves each.
-        let closed = drawing.regions.iter().filter(|r| r.ink == Ink::Black).count();
+        let closed = drawing.regions.iter().filter(|r| r.ink == Ink::BLACK).count();
         assert_eq!([closed + 4; 3], ["m", "h", "f"].map(|operator| operators(&content, operator)));
         let curves: usize = [0, 2].map(|i| drawing.curves[i].segments().count()).iter().sum();
         assert!((17..=16 + curves).contains(&operators(&content, "c")), "{content}");

@@ -490,8 +490,8 @@ fn paint_band(levels: &[Flattened], width: usize, first_row: usize, values: &mut
         let Some(path) = builder.finish() else { continue };
         let mut paint = Paint { anti_alias: true, ..Paint::default() };
         paint.set_color(match level.ink {
-            Ink::Black => Color::BLACK,
-            Ink::White => Color::WHITE,
+            Ink::BLACK => Color::BLACK,
+            _ => Color::WHITE,
         });
         pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
     }
@@ -557,7 +557,7 @@ mod tests {
     fn ink_is_area() {
         let drawing = samples::field_of_blobs(400);
         let dots: f64 = drawing.stipples.iter().map(|s| s.radius * s.radius * std::f64::consts::PI).sum();
-        let black = drawing.regions.iter().filter(|region| region.ink == Ink::Black);
+        let black = drawing.regions.iter().filter(|region| region.ink == Ink::BLACK);
         let regions: f64 = black.map(|region| region.enclosed_area).sum();
         let full = samples::drawing(drawing.width, drawing.height, drawing.curves.iter().map(|c| (c.clone(), 1)).collect(), &[]);
         for scale in [1usize, 2, 4] {

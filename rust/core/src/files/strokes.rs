@@ -75,7 +75,7 @@ pub(super) fn by_radius(areas: &[Area], units: f64, canvas: [usize; 2]) -> Vec<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Control;
+    use crate::base::{Control, Palette};
     use crate::drawing::{Loose, put_together};
     use crate::files::layers::Style;
     use crate::options::Inks;
@@ -85,10 +85,19 @@ mod tests {
         let dot = |i: u32| {
             let radius = f64::from(480 + i * 7919 % 2400) / 1600.0;
             let (x, y) = (f64::from(i % 80) * 8.0 + 4.0 + radius, f64::from(i / 80) * 8.0 + 4.0);
-            Stipple { x, y, radius, ink: Ink::Black, level: 0 }
+            Stipple { x, y, radius, ink: Ink::BLACK, level: 0 }
         };
         let stipples = (0..4000).map(dot).collect();
-        let loose = Loose { width: 648, height: 408, units: 16.0, curves: vec![], stipples, ground: Ink::White };
+        let loose = Loose {
+            width: 648,
+            height: 408,
+            units: 16.0,
+            curves: vec![],
+            stipples,
+            ground: Ink::WHITE,
+            palette: Palette::default(),
+            sides: vec![],
+        };
         put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap()
     }
 
@@ -117,10 +126,19 @@ mod tests {
 
     #[test]
     fn a_dot_that_is_alone_of_its_size_keeps_it() {
-        let dot = |(k, radius): (usize, f64)| Stipple { x: 10.0 * k as f64 + 5.0, y: 5.0, radius, ink: Ink::Black, level: 0 };
+        let dot = |(k, radius): (usize, f64)| Stipple { x: 10.0 * k as f64 + 5.0, y: 5.0, radius, ink: Ink::BLACK, level: 0 };
         let radii = [0.000_123, 0.0321, 0.777_777, 3.654_321];
         let stipples = radii.into_iter().enumerate().map(dot).collect();
-        let loose = Loose { width: 40, height: 10, units: 16.0, curves: vec![], stipples, ground: Ink::White };
+        let loose = Loose {
+            width: 40,
+            height: 10,
+            units: 16.0,
+            curves: vec![],
+            stipples,
+            ground: Ink::WHITE,
+            palette: Palette::default(),
+            sides: vec![],
+        };
         let drawing = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
         for (dot, radius) in with_few_radii(&drawing).unwrap().stipples.iter().zip(radii) {
             assert!((dot.radius / radius - 1.0).abs() < 1e-12, "{} instead of {radius}", dot.radius);

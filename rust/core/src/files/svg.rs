@@ -59,7 +59,7 @@ fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let json = serde_json::to_string(&drawing.provenance).expect("plain options always serialize");
     // Of a canvas with nothing on it no style and ink would tell.
     let is_empty = drawing.curves.is_empty() && drawing.stipples.is_empty();
-    let is_black = is_empty && drawing.regions.first().is_some_and(|region| region.ink == Ink::Black);
+    let is_black = is_empty && drawing.regions.first().is_some_and(|region| region.ink == Ink::BLACK);
     writer.path.text(&format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"{INKSCAPE}\" width=\"{on_paper_width}\" \
          height=\"{on_paper_height}\" viewBox=\"{left} {top} {page_width} {page_height}\">\n\
@@ -234,7 +234,7 @@ pub(crate) fn escape(text: &str) -> String {
 pub(crate) mod samples {
     use kurbo::{BezPath, Point, Shape};
 
-    use crate::base::{Control, Ink};
+    use crate::base::{Control, Ink, Palette};
     use crate::drawing::{Drawing, Loose, Mark, Provenance, Region, Ring, RingPart, put_together};
     use crate::options::Options;
     use crate::outlines::Stipple;
@@ -265,7 +265,7 @@ pub(crate) mod samples {
 
     /// A drawing of closed curves and dots, each with its level; what lies in what is not looked at.
     pub(crate) fn drawing(width: usize, height: usize, curves: Vec<(BezPath, u32)>, dots: &[(f64, f64, f64, u32)]) -> Drawing {
-        let ink = |level: u32| if level.is_multiple_of(2) { Ink::White } else { Ink::Black };
+        let ink = |level: u32| if level.is_multiple_of(2) { Ink::WHITE } else { Ink::BLACK };
         let mut areas: Vec<(f64, Mark)> = Vec::new();
         let mut regions = Vec::new();
         for (i, (curve, level)) in curves.iter().enumerate() {
@@ -287,6 +287,7 @@ pub(crate) mod samples {
         Drawing {
             width,
             height,
+            palette: Palette::default(),
             curves: curves.into_iter().map(|c| c.0).collect(),
             stipples,
             regions,
@@ -336,11 +337,20 @@ pub(crate) mod samples {
             x: at(i)[0] + 7.9,
             y: at(i)[1] + 7.7,
             radius: 0.6 + (i % 11) as f64 * 0.11,
-            ink: Ink::Black,
+            ink: Ink::BLACK,
             level: 0,
         };
         let (side, stipples) = (columns * 16 + 8, (0..count).map(dot).collect());
-        let loose = Loose { width: side, height: side, units: 16.0, curves, stipples, ground: Ink::White };
+        let loose = Loose {
+            width: side,
+            height: side,
+            units: 16.0,
+            curves,
+            stipples,
+            ground: Ink::WHITE,
+            palette: Palette::default(),
+            sides: vec![],
+        };
         let drawing = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).expect("they are apart");
         Drawing { provenance: provenance(), ..drawing }
     }
@@ -496,7 +506,7 @@ mod tests {
         assert!(paths.len() > 2 && paths.len() < 30, "{}", paths.len());
         let moves: usize = paths.iter().map(|p| p.1.elements().iter().filter(|e| matches!(e, PathEl::MoveTo(_))).count()).sum();
         assert_eq!(moves, 40_000);
-        let black = sample.regions.iter().filter(|region| region.ink == Ink::Black);
+        let black = sample.regions.iter().filter(|region| region.ink == Ink::BLACK);
         let regions: f64 = black.map(|region| region.enclosed_area).sum();
         let dots: f64 = sample.stipples.iter().map(|s| s.radius * s.radius * std::f64::consts::PI).sum();
         let written: f64 = paths.iter().map(|p| p.1.area()).sum();

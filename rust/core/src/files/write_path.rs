@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn circles_keep_their_place_and_size() {
         for (x, y, radius) in [(10.0, 20.0, 0.5), (3.3, 4.4, 0.3), (7.77, 1.23, 0.7), (100.1, 50.2, 3.21)] {
-            let dot = crate::outlines::Stipple::on_grid(Point::new(x, y), radius, UNITS, Ink::Black);
+            let dot = crate::outlines::Stipple::on_grid(Point::new(x, y), radius, UNITS, Ink::BLACK);
             let mut writer = writer();
             writer.circle(Point::new(dot.x, dot.y), dot.radius, true);
             let data = String::from_utf8(writer.bytes).unwrap();

@@ -2,7 +2,7 @@
 
 use kurbo::{Point, Vec2};
 
-use crate::base::{Frame, Ink, ROOM, STAR_FILL, Side, distance_to_segment};
+use crate::base::{End, Frame, Ink, ROOM, STAR_FILL, distance_to_segment};
 use crate::outlines::irregular::Room;
 use crate::outlines::parts::Stipple;
 use crate::outlines::spline::FINER_GRIDS;
@@ -11,8 +11,8 @@ use crate::outlines::spline::FINER_GRIDS;
 pub(super) struct Star {
     /// The nodes around it, in order.
     pub(super) rim: Vec<Point>,
-    /// Where it meets the frame, the sides of the first and the last of them.
-    pub(super) ends: Option<[Side; 2]>,
+    /// Where it meets the frame, the ends of its contour beside the first and the last of them.
+    pub(super) ends: Option<[End; 2]>,
     pub(super) frame: Frame,
 }
 
@@ -100,7 +100,7 @@ impl Star {
         let (first, last) = (self.rim[0], self.rim[self.rim.len() - 1]);
         let others = match self.ends {
             None => [Some([last, first]), None],
-            Some([begin, end]) => [(first, begin), (last, end)].map(|(p, side)| Some([p, self.frame.project(p, side)])),
+            Some([begin, end]) => [(first, begin), (last, end)].map(|(p, end)| Some([p, self.frame.end_point(p, end)])),
         };
         self.rim.windows(2).map(|pair| [pair[0], pair[1]]).chain(others.into_iter().flatten())
     }
@@ -109,13 +109,14 @@ impl Star {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Side;
 
     #[test]
     fn a_dot_beside_the_frame_moves_in_as_far_as_it_needs() {
         let rim = [(1.0, 5.0), (6.0, 10.0), (1.0, 15.0)].map(Point::from).to_vec();
-        let star = Star { rim, ends: Some([Side::Left; 2]), frame: Frame { width: 40.0, height: 20.0 } };
+        let star = Star { rim, ends: Some([End::Frame(Side::Left); 2]), frame: Frame { width: 40.0, height: 20.0 } };
         for wanted in [0.5, 1.0, 1.5] {
-            let dot = star.dot(Point::new(0.8, 10.0), wanted, 128.0, Ink::Black);
+            let dot = star.dot(Point::new(0.8, 10.0), wanted, 128.0, Ink::BLACK);
             assert!((0.97 * wanted..=wanted).contains(&dot.radius), "{} instead of {wanted}", dot.radius);
             assert!(dot.x > dot.radius && (dot.y - 10.0).abs() < 0.01);
         }

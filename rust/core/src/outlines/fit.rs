@@ -8,7 +8,7 @@
 
 use kurbo::{BezPath, Point, QuadBez, Vec2};
 
-use crate::base::{FINEST_GRID, Frame, Side, flattening_tolerance, snap};
+use crate::base::{End, FINEST_GRID, Frame, flattening_tolerance, snap};
 use crate::outlines::simplify::Simplifier;
 use crate::outlines::sleeve::{CrossingEdge, Sleeve};
 use crate::outlines::spline::{FINER_GRIDS, Spline, joints, spacing, units_per_pixel};
@@ -39,8 +39,8 @@ impl Fit {
 
     /// The curve of the contour that crosses `edges` about in the points `crossings`, with black on its left. A small closed contour
     /// encloses `area` px^2 if it is given, or else that of its polygon of crossings. An open contour begins and ends on the given
-    /// sides of the frame.
-    pub(super) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], area: Option<f64>, ends: Option<[Side; 2]>) -> BezPath {
+    /// sides of the frame, or in junctions.
+    pub(super) fn curve(&self, edges: &[CrossingEdge], crossings: &[Point], area: Option<f64>, ends: Option<[End; 2]>) -> BezPath {
         let sleeve = Sleeve::new(edges, crossings, ends, self.frame, flattening_tolerance(self.units));
         let outline = self.full_outline(area, ends, &sleeve);
         let outline = if self.tolerance > 0.0 {
@@ -55,14 +55,25 @@ impl Fit {
         path
     }
 
+    /// Where the three contours of a triangle of three inks meet: in its middle, on the coarsest grid that keeps that clear of its
+    /// sides.
+    pub(super) fn junction(&self, [a, b, c]: [Point; 3]) -> Point {
+        let middle = ((a.to_vec2() + b.to_vec2() + c.to_vec2()) / 3.0).to_point();
+        // Of the three triangles that a junction makes with the sides, each has at least half of what the middle gives it.
+        let least = ((b - a).cross(c - a) / 6.0).abs();
+        let keeps_clear = |p: &Point| [[a, b], [b, c], [c, a]].iter().all(|[u, v]| (*v - *u).cross(*p - *u).abs() >= least);
+        self.snapped(middle).find(keeps_clear).unwrap_or(snap(middle, LAST_GRID))
+    }
+
     /// The spline through all crossings, on its grid.
-    fn full_outline(&self, area: Option<f64>, ends: Option<[Side; 2]>, sleeve: &Sleeve) -> Spline {
+    fn full_outline(&self, area: Option<f64>, ends: Option<[End; 2]>, sleeve: &Sleeve) -> Spline {
         let fit = Self { units: self.full_units, ..*self };
         let spline = Spline::new(self.frame, sleeve, area, ends);
         // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
         let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
         let snapped = joints(&controls, self.frame, ends);
         let on_grid = |(k, joint): (usize, &Point)| {
+            // A junction is on its grid.
             std::iter::once(snapped[k])
                 .chain(fit.snapped(*joint))
                 .find(|p| sleeve.cell(k).holds(*p))

@@ -96,7 +96,7 @@ pub(crate) fn irregular(dot: &Stipple, room: &Room, irregularity: f64, key: u64,
     };
     let mut paths = grids.filter(|units| dot.radius * units >= STEPS).map(rounded);
     let path = paths.find(|path| (path.area() / area - 1.0).abs() <= AREA_LEFT && room.filled(path, centre) <= 1.0)?;
-    Some(if dot.ink == Ink::Black { path } else { path.reverse_subpaths() })
+    Some(if dot.ink == Ink::BLACK { path } else { path.reverse_subpaths() })
 }
 
 /// The joints of an outline around the origin, of a radius near 1, with its waves turned by an angle.
@@ -152,7 +152,7 @@ mod tests {
             x in 20.0..40.0, y in 20.0..40.0, radius in 0.002..15.0, slack in 1.0..2.0,
             irregularity in 0.01..=1.0, key in any::<u64>(), is_black in any::<bool>(), is_open in any::<bool>(),
         ) {
-            let ink = if is_black { Ink::Black } else { Ink::White };
+            let ink = if is_black { Ink::BLACK } else { Ink::WHITE };
             let limit = radius * POLYGON_REACH * slack;
             let far = if is_open { 1.0 } else { 0.1 } * limit;
             let room = Room { radius: limit, sides: vec![
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn the_variation_is_as_asked() {
         let spread = |irregularity: f64, key: u64| {
-            let path = irregular(&dot(30.0, 30.0, 4.0, Ink::Black), &disc(8.0), irregularity, key, 32.0).unwrap();
+            let path = irregular(&dot(30.0, 30.0, 4.0, Ink::BLACK), &disc(8.0), irregularity, key, 32.0).unwrap();
             let radii: Vec<f64> =
                 flatten_path(&path, 1e-3).iter().map(|[x, y]| ((x - 30.0).hypot(y - 30.0) / 4.0 - 1.0).abs()).collect();
             radii.into_iter().fold(0.0, f64::max)
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_dot_without_room_or_far_below_the_grid_stays_round() {
-        assert_eq!(irregular(&dot(30.0, 30.0, 2.0, Ink::Black), &disc(1.9), 1.0, 0, 32.0), None);
-        assert_eq!(irregular(&dot(30.0, 30.0, 1e-9, Ink::Black), &disc(1.0), 1.0, 0, 32.0), None);
+        assert_eq!(irregular(&dot(30.0, 30.0, 2.0, Ink::BLACK), &disc(1.9), 1.0, 0, 32.0), None);
+        assert_eq!(irregular(&dot(30.0, 30.0, 1e-9, Ink::BLACK), &disc(1.0), 1.0, 0, 32.0), None);
     }
 }

@@ -1,11 +1,15 @@
 //! Outlines: from labelled nodes to the curves and dots of a drawing, after the paper.
 //!
 //! # The idea
-//! Every triangle whose nodes carry both labels is crossed by exactly one piece of one boundary, from a point on one of its crossing
+//! Every triangle whose nodes carry two labels is crossed by exactly one piece of one boundary, from a point on one of its crossing
 //! edges to one on the other: the midpoints, or where the tone between the nodes passes middle grey. The pieces join to *contours*:
 //! closed ones, and open ones that begin and end on the frame.
-//! A contour with black on its left is the boundary between exactly two components, so its curve (see [`super::fit`]) is made once
-//! and shared by both.
+//! A contour with the lower label on its left, black in a drawing of black and white, is the boundary between exactly two components,
+//! so its curve (see [`super::fit`]) is made once and shared by both.
+//!
+//! # Junctions
+//! In a triangle whose nodes carry three labels three contours end, in one point: a *junction*. So the areas of all inks and the paper
+//! add up to the canvas, with no gap and nothing that overlaps.
 //!
 //! # At the frame
 //! An open contour leaves through the edge between two sites whose cells both touch the frame, and goes straight to it, as the
@@ -14,17 +18,17 @@
 //! # Stipples
 //! A component of one node is a dot with the area of the node's cell, shrunk until it stays inside the star of the node's
 //! triangles, where no other curve runs. At the frame it moves in until all of it is on the canvas. A node that cuts the canvas in
-//! two (its boundary is more than one contour) is a region. With irregularity a dot is a closed curve (see [`super::irregular`]).
+//! two, or lies between several components (its boundary is more than one contour), is a region. With irregularity a dot is a closed curve (see [`super::irregular`]).
 
 use std::f64::consts::PI;
 
 use kurbo::Point;
 use rayon::prelude::*;
 
-use crate::base::{Control, Frame, Ink, Result, mixed};
-use crate::graph::{Beside, Components, Triangulation, check_areas, check_finite, check_labels, check_one_a_node};
+use crate::base::{Control, End, Frame, Ink, Result, mixed};
+use crate::graph::{Beside, Components, Triangulation, check_areas, check_finite, check_one_a_node};
 use crate::options::Options;
-use crate::outlines::contours::{Contour, LEAST_PART, PARTS_A_THREAD, trace};
+use crate::outlines::contours::{Contour, Ending, LEAST_PART, PARTS_A_THREAD, trace};
 use crate::outlines::dots::Star;
 use crate::outlines::fit::Fit;
 use crate::outlines::irregular::irregular;
@@ -43,7 +47,7 @@ pub struct Outlines {
 /// What the outlines need to know of every node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nodes<'a> {
-    /// 0 black, 1 white.
+    /// The label of every node: 0 black and 1 white, or those of several inks.
     pub labels: &'a [u8],
     /// Where every node is drawn, in pixels: its site in the triangulation, or a place near it that turns no triangle over.
     pub places: &'a [[f64; 2]],
@@ -142,8 +146,8 @@ pub fn crossing(black: f64, white: f64) -> f64 {
 /// Traces and smooths the marks of a labelled triangulation over a canvas of `width` x `height` pixels.
 ///
 /// # Errors
-/// [`crate::Error::Input`] if labels, components, areas or tones do not match the nodes, a label is not 0 or 1, or an area is not
-/// finite or below 0; [`crate::Error::Cancelled`].
+/// [`crate::Error::Input`] if labels, components, areas or tones do not match the nodes, or an area is not finite or
+/// below 0; [`crate::Error::Cancelled`].
 pub fn outline(
     triangulation: &Triangulation,
     nodes: Nodes,
@@ -165,7 +169,6 @@ pub fn outline(
     ] {
         check_one_a_node(what, length, count)?;
     }
-    check_labels(labels)?;
     check_areas("cell area", cell_areas)?;
     check_finite("tone", tones.unwrap_or_default())?;
     let frame = Frame { width: width as f64, height: height as f64 };
@@ -175,8 +178,8 @@ pub fn outline(
 
     let mut contours_of = vec![0u32; components.sizes.len()];
     for contour in &contours.contours {
-        contours_of[contour.black as usize] += 1;
-        contours_of[contour.white as usize] += 1;
+        contours_of[contour.left as usize] += 1;
+        contours_of[contour.right as usize] += 1;
     }
     // A dot needs something around it: one contour over two edges or more, whose far ends are then joined to each other.
     let is_dot = |component: u32, contour: &Contour| {
@@ -188,7 +191,7 @@ pub fn outline(
     }
     // What a loop around a component without holes should enclose.
     let enclosed = |contour: &Contour| {
-        let sides = [contour.black, contour.white].into_iter().filter(|side| contours_of[*side as usize] == 1);
+        let sides = [contour.left, contour.right].into_iter().filter(|side| contours_of[*side as usize] == 1);
         sides.map(|side| component_areas[side as usize]).min_by(f64::total_cmp).filter(|_| tones.is_some())
     };
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
@@ -196,9 +199,14 @@ pub fn outline(
         control.check()?;
         let edges = contours.edges(contour);
         let site = |node: u32| point(places[node as usize]);
+        let ends = contour.ends.map(|ends| {
+            ends.map(|ending| match ending {
+                Ending::Frame(side) => End::Frame(side),
+                Ending::Junction(nodes) => End::Junction(fit.junction(nodes.map(site))),
+            })
+        });
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
-        let dot =
-            [(contour.black, contour.white), (contour.white, contour.black)].into_iter().find(|(own, _)| is_dot(*own, contour));
+        let dot = [(contour.left, contour.right), (contour.right, contour.left)].into_iter().find(|(own, _)| is_dot(*own, contour));
         let Some((own, around)) = dot else {
             let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
             let mut along_band = false;
@@ -214,12 +222,11 @@ pub fn outline(
                 edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
             // What a band leaves of cells is not to grow over it again.
             let area = enclosed(contour).filter(|_| !along_band);
-            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, area, contour.ends), dot: None });
+            return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, area, ends), dot: None });
         };
-        let own_is_black = own == contour.black;
-        let node = edges[0][usize::from(!own_is_black)] as usize;
-        let star =
-            Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(own_is_black)]).collect(), ends: contour.ends, frame };
+        let is_left = own == contour.left;
+        let node = edges[0][usize::from(!is_left)] as usize;
+        let star = Star { rim: crossing_edges.iter().map(|edge| edge[usize::from(is_left)]).collect(), ends, frame };
         let units = fit.units * DOT_GRID;
         let wanted = shaping.radius(cell_areas[node], units);
         let stipple = star.dot(point(places[node]), wanted, units, Ink::of_label(labels[node]));
@@ -236,7 +243,7 @@ pub fn outline(
     control.report(0.8)?;
 
     let mut vertices = 0;
-    let mut parts = Parts { width, height, units: fit.units, inks: vec![Ink::White; components.sizes.len()], ..Parts::default() };
+    let mut parts = Parts { width, height, units: fit.units, inks: vec![Ink::BLACK; components.sizes.len()], ..Parts::default() };
     let mut drawn_as_dot = vec![false; components.sizes.len()];
     for (contour, shape) in contours.contours.iter().zip(shapes) {
         match shape? {
@@ -252,7 +259,7 @@ pub fn outline(
                 } else {
                     vertices += contour.edges.1.len();
                 }
-                parts.curves.push((path, [contour.black, contour.white]));
+                parts.curves.push((path, [contour.left, contour.right]));
             }
         }
     }
@@ -310,7 +317,7 @@ mod tests {
     fn a_dot_on_the_grid_is_no_smaller_than_the_least_and_hardly_larger() {
         for (units, k) in [4.0, 32.0, 256.0].into_iter().flat_map(|units| (1..200).map(move |k| (units, k))) {
             let shaping = Shaping { stipple_min: 0.0137 * f64::from(k), ..Shaping::of(&Options::default()) };
-            let dot = Stipple::on_grid(Point::new(10.3, 7.7), shaping.radius(0.0, units), units, Ink::Black);
+            let dot = Stipple::on_grid(Point::new(10.3, 7.7), shaping.radius(0.0, units), units, Ink::BLACK);
             assert!((0.0..0.021 / units).contains(&(dot.radius - shaping.stipple_min)), "{} on {units}", shaping.stipple_min);
         }
     }

@@ -2,7 +2,7 @@
 
 use kurbo::{BezPath, Point};
 
-use crate::base::Ink;
+use crate::base::{Ink, Palette};
 
 /// What a drawing is put together from.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -13,7 +13,9 @@ pub struct Parts {
     pub height: usize,
     /// Units to a pixel of the grid of coordinates.
     pub units: f64,
-    /// The shared curves, black on their left, each with the components to its left and right.
+    /// The inks of the drawing.
+    pub palette: Palette,
+    /// The shared curves, the lower ink on their left, each with the components to its left and right.
     pub curves: Vec<(BezPath, [u32; 2])>,
     /// The dots, each with its own component and the one around it.
     pub stipples: Vec<(Stipple, [u32; 2])>,

@@ -6,10 +6,12 @@
 //! two nodes, can touch no other contour. Every curve is walked along like that, with the rounded coordinates that are written to
 //! files: on both ways around it, or as it is flattened for regions and much finer. A piece that strays becomes a corner at the
 //! crossing, which cannot stray. (The paper's own splines have no such guarantee.)
+//!
+//! In a triangle of three inks three contours end, each in the part of it between its edge and the junction.
 
 use kurbo::{Point, QuadBez, Vec2};
 
-use crate::base::{Frame, Side, flatten_quad};
+use crate::base::{End, Frame, flatten_quad};
 
 /// How near to the end of an edge a curve may cross it, as a fraction of its length. Smaller would allow slivers; larger would
 /// turn more corners sharp and split more curves.
@@ -43,7 +45,7 @@ pub(super) fn clear(fraction: f64) -> bool {
 }
 
 /// The triangles that a contour runs through. Cell k holds joint k: it lies between edges k - 1 and k. The first and last cell of an
-/// open contour lie between an edge and the frame.
+/// open contour lie between an edge and the frame, or the junction.
 pub(super) struct Sleeve<'a> {
     pub(super) edges: &'a [CrossingEdge],
     /// Where the contour crosses them.
@@ -59,11 +61,13 @@ pub(super) struct Sleeve<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Cell {
     sides: [[Point; 2]; 3],
+    /// The junction that is its corner, in which the contour ends.
+    junction: Option<Point>,
 }
 
 impl Cell {
     pub(super) fn holds(&self, p: Point) -> bool {
-        self.sides.iter().all(|[a, b]| turn(*a, *b, p) > SIDE_CLEARANCE)
+        self.junction == Some(p) || self.sides.iter().all(|[a, b]| turn(*a, *b, p) > SIDE_CLEARANCE)
     }
 }
 
@@ -71,7 +75,7 @@ impl<'a> Sleeve<'a> {
     pub(super) fn new(
         edges: &'a [CrossingEdge],
         crossings: &'a [Point],
-        ends: Option<[Side; 2]>,
+        ends: Option<[End; 2]>,
         frame: Frame,
         flattening: f64,
     ) -> Self {
@@ -79,16 +83,18 @@ impl<'a> Sleeve<'a> {
         // With black on the left of the way, an edge has what comes before on its left from white to black.
         let between = |[black, white]: CrossingEdge, [next_black, next_white]: CrossingEdge| {
             let third = if black == next_black { [white, next_white] } else { [next_black, black] };
-            Cell { sides: [[black, white], [next_white, next_black], third] }
+            Cell { sides: [[black, white], [next_white, next_black], third], junction: None }
         };
         let cells = match ends {
             None => (0..n).map(|k| between(edges[(k + n - 1) % n], edges[k])).collect(),
             Some([begin, end]) => {
+                // To a junction a triangle, to the frame what lies between the edge and it.
                 let [black, white] = edges[0];
-                let first =
-                    Cell { sides: [[white, black], [black, frame.project(black, begin)], [frame.project(white, begin), white]] };
+                let sides = [[white, black], [black, frame.end_point(black, begin)], [frame.end_point(white, begin), white]];
+                let first = Cell { sides, junction: begin.junction() };
                 let [black, white] = edges[n - 1];
-                let last = Cell { sides: [[black, white], [frame.project(black, end), black], [white, frame.project(white, end)]] };
+                let sides = [[black, white], [frame.end_point(black, end), black], [white, frame.end_point(white, end)]];
+                let last = Cell { sides, junction: end.junction() };
                 let inner = edges.windows(2).map(|pair| between(pair[0], pair[1]));
                 std::iter::once(first).chain(inner).chain(std::iter::once(last)).collect()
             }

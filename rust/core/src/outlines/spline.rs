@@ -6,7 +6,7 @@
 
 use kurbo::{BezPath, ParamCurve, ParamCurveArea, Point, QuadBez, Vec2};
 
-use crate::base::{Frame, Side, signed_area};
+use crate::base::{End, Frame, signed_area};
 use crate::outlines::sleeve::{Sleeve, clear, crossing};
 
 /// A closed loop below this area, in px^2, is rescaled to the area of its polygon of crossings: the spline shrinks such small
@@ -39,10 +39,10 @@ pub(super) fn spacing(nodes_per_pixel: f64) -> f64 {
 }
 
 /// The points in which the pieces of a spline join, from begin to end.
-pub(super) fn joints(controls: &[Point], frame: Frame, ends: Option<[Side; 2]>) -> Vec<Point> {
+pub(super) fn joints(controls: &[Point], frame: Frame, ends: Option<[End; 2]>) -> Vec<Point> {
     let (first, last) = (controls[0], controls[controls.len() - 1]);
     let [begin, end] =
-        ends.map_or([last.midpoint(first); 2], |[begin, end]| [frame.project(first, begin), frame.project(last, end)]);
+        ends.map_or([last.midpoint(first); 2], |[begin, end]| [frame.end_point(first, begin), frame.end_point(last, end)]);
     let between = controls.windows(2).map(|pair| pair[0].midpoint(pair[1]));
     std::iter::once(begin).chain(between).chain(std::iter::once(end)).collect()
 }
@@ -60,7 +60,7 @@ pub(super) struct Spline {
 
 impl Spline {
     /// The spline through the points in which a contour crosses its edges.
-    pub(super) fn new(frame: Frame, sleeve: &Sleeve, area: Option<f64>, ends: Option<[Side; 2]>) -> Self {
+    pub(super) fn new(frame: Frame, sleeve: &Sleeve, area: Option<f64>, ends: Option<[End; 2]>) -> Self {
         let controls = sleeve.crossings.to_vec();
         let mut spline =
             Self { joints: joints(&controls, frame, ends), corners: vec![false; controls.len()], controls, closed: ends.is_none() };

@@ -41,9 +41,9 @@ pub fn plot(drawing: &Drawing, pen: &Checked<Pen>, export: &Checked<Export>, con
     }
     let spacing = Spacing { pen: width, apart: width * (1.0 - pen.overlap), inset: 0.5 * width - pen.bleed.mm() };
     let inks: &[Ink] = match export.inks {
-        Inks::Black => &[Ink::Black],
-        Inks::White => &[Ink::White],
-        Inks::Both => &[Ink::Black, Ink::White],
+        Inks::Black => &[Ink::BLACK],
+        Inks::White => &[Ink::WHITE],
+        Inks::Both => &[Ink::BLACK, Ink::WHITE],
     };
     let (mut layers, mut thin, mut small_dots) = (Vec::new(), 0, 0);
     let mut from = [0.0; 2];

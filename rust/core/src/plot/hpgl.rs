@@ -37,7 +37,7 @@ impl Plot {
                     machine.can_pause("until its pen is filled again")?;
                     push_commands(&mut out, machine, &machine.pause, 0.0, "\n");
                 }
-                push(&mut out, format_args!("SP{};\n", machine.pens[layer.ink as usize]));
+                push(&mut out, format_args!("SP{};\n", machine.pens[layer.ink.index()]));
                 for path in &layer.paths[paths] {
                     placed.along(path, &mut way);
                     push_path(&mut out, &way);

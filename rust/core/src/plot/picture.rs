@@ -24,13 +24,13 @@ const PIECE: usize = 4096;
 pub fn picture(plot: &Plot, width: Option<usize>) -> Result<Raster> {
     let (width, height) = size(plot.canvas[0], plot.canvas[1], width)?;
     let scale = [width as f64 / plot.size[0], height as f64 / plot.size[1]];
-    let paper = if plot.layers.iter().all(|layer| layer.ink == Ink::White) { 0 } else { 255 };
+    let paper = if plot.layers.iter().all(|layer| layer.ink == Ink::WHITE) { 0 } else { 255 };
     let mut values = vec![paper; width * height];
     for layer in &plot.layers {
         let mask = Pool::new(None).run(|| painted(&layer.paths, plot.pen, scale, width, height))?;
         for (value, drawn) in values.iter_mut().zip(mask.data()) {
             let (grey, drawn) = (u32::from(*value), u32::from(*drawn));
-            let ink = if layer.ink == Ink::White { 255 } else { 0 };
+            let ink = if layer.ink == Ink::WHITE { 255 } else { 0 };
             *value = ((grey * (255 - drawn) + ink * drawn + 127) / 255) as u8;
         }
     }
@@ -109,7 +109,7 @@ mod tests {
         plot.layers[0].paths = vec![line(&[[50.0, 50.0]])];
         let drawn = ink(&picture(&plot, None).unwrap());
         assert!((drawn - 4.0 * std::f64::consts::PI).abs() < 0.6, "{drawn}");
-        plot.layers[0].ink = Ink::White;
+        plot.layers[0].ink = Ink::WHITE;
         assert!((400.0 * 300.0 - ink(&picture(&plot, None).unwrap()) - drawn).abs() < 0.2);
         assert!(picture(&plot, Some(0)).is_err());
     }

@@ -90,7 +90,7 @@ impl Plot {
 
     /// The sheet's colour: white ink alone is for black paper.
     fn paper_colour(&self) -> [u8; 3] {
-        let is_white_alone = !self.layers.is_empty() && self.layers.iter().all(|layer| layer.ink == Ink::White);
+        let is_white_alone = !self.layers.is_empty() && self.layers.iter().all(|layer| layer.ink == Ink::WHITE);
         self.paper.as_ref().map_or(if is_white_alone { [0; 3] } else { [255; 3] }, |paper| paper.rgb())
     }
 
@@ -122,8 +122,8 @@ impl Plot {
 
 fn colour_of(ink: Ink) -> [u8; 3] {
     match ink {
-        Ink::Black => [0; 3],
-        Ink::White => [255; 3],
+        Ink::BLACK => [0; 3],
+        _ => [255; 3],
     }
 }
 

@@ -296,9 +296,9 @@ impl Given<'_> {
 
 /// The part of the canvas that is white.
 fn white_share(drawing: &Drawing) -> f64 {
-    let regions = (0..drawing.regions.len()).into_par_iter().filter(|region| drawing.regions[*region].ink == Ink::White);
+    let regions = (0..drawing.regions.len()).into_par_iter().filter(|region| drawing.regions[*region].ink == Ink::WHITE);
     let areas: Vec<f64> = regions.map(|region| drawing.region_area(region)).collect();
-    let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::White);
+    let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::WHITE);
     let white = areas.iter().sum::<f64>() + dots.map(|dot| PI * dot.radius * dot.radius).sum::<f64>();
     white / (drawing.width * drawing.height) as f64
 }

@@ -49,7 +49,7 @@ pub(super) fn tolerance_of(rules: &Rules) -> f64 {
 pub fn check(drawing: &Drawing, rules: &Checked<Rules>, scale: f64, control: &Control) -> Result<Report> {
     Pool::new(None).run(|| {
         let shapes = Shapes::new(drawing, scale, tolerance_of(rules));
-        let (of_black, of_white) = rayon::join(|| too_thin(&shapes, rules, Ink::Black), || too_thin(&shapes, rules, Ink::White));
+        let (of_black, of_white) = rayon::join(|| too_thin(&shapes, rules, Ink::BLACK), || too_thin(&shapes, rules, Ink::WHITE));
         let mut violations = of_black?;
         violations.extend(of_white?);
         control.check()?;
@@ -70,7 +70,7 @@ fn too_thin(shapes: &Shapes, rules: &Rules, ink: Ink) -> Result<Vec<Violation>> 
     if limit == 0.0 {
         return Ok(Vec::new());
     }
-    let kind = if ink == Ink::Black { ViolationKind::Neck } else { ViolationKind::Gap };
+    let kind = if ink == Ink::BLACK { ViolationKind::Neck } else { ViolationKind::Gap };
     let of = |Thin { width, length, place: [x, y], outline }: Thin| {
         let measured = width.min(limit - allowance(limit));
         Violation { kind, x, y, measured, limit, length, shape: Shape::Area(outline) }
@@ -89,7 +89,7 @@ fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Viol
     let size = shapes.size();
     let near = Near::of(&shapes.black, size);
     let mut violations = Vec::new();
-    for ink in [Ink::Black, Ink::White] {
+    for ink in [Ink::BLACK, Ink::WHITE] {
         control.check()?;
         let dots: Vec<([f64; 2], f64)> = drawing.stipples.iter().filter(|dot| dot.ink == ink).map(|dot| shapes.disc(dot)).collect();
         let least = rules.least_dot(ink);
@@ -100,7 +100,7 @@ fn of_dots(shapes: &Shapes, rules: &Rules, control: &Control) -> Result<Vec<Viol
         if limit == 0.0 {
             continue;
         }
-        let kind = if ink == Ink::Black { ViolationKind::Gap } else { ViolationKind::Neck };
+        let kind = if ink == Ink::BLACK { ViolationKind::Gap } else { ViolationKind::Neck };
         let reach = limit - allowance(limit);
         let between = |p: [f64; 2], q: [f64; 2], distance: f64| {
             let shape = Shape::Way([p, q]);
@@ -148,8 +148,8 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
     }
     let found = (0..drawing.regions.len()).into_par_iter().map(|index| {
         let region = &drawing.regions[index];
-        let is_sheet = region.ink == Ink::White && region.level == 0;
-        let is_island = reports_islands && region.ink == Ink::White && !is_sheet;
+        let is_sheet = region.ink == Ink::WHITE && region.level == 0;
+        let is_island = reports_islands && region.ink == Ink::WHITE && !is_sheet;
         let area = if is_sheet { f64::INFINITY } else { shapes.area_of(index) };
         let is_small = area < least * (1.0 - ALLOWANCE_OF_AREA);
         if !is_island && !is_small {
@@ -181,7 +181,7 @@ fn of_regions(shapes: &Shapes, rules: &Rules) -> Vec<Violation> {
     let found: Vec<Vec<Violation>> = found.collect();
     violations.extend(found.into_iter().flatten());
     if reports_islands {
-        violations.extend(drawing.stipples.iter().filter(|dot| dot.ink == Ink::White).map(|dot| {
+        violations.extend(drawing.stipples.iter().filter(|dot| dot.ink == Ink::WHITE).map(|dot| {
             let disc = shapes.disc(dot);
             of_disc(ViolationKind::Island, disc, std::f64::consts::PI * disc.1 * disc.1, 0.0)
         }));

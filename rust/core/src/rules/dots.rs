@@ -105,7 +105,7 @@ impl<'a> Placing<'a> {
         let finest = rules.finest();
         let allowance = if finest.is_finite() { 0.5 * allowance(finest) } else { 0.0 };
         let near = Near::of(&shapes.black, size);
-        let usual = [Ink::Black, Ink::White].map(|ink| {
+        let usual = [Ink::BLACK, Ink::WHITE].map(|ink| {
             let area = |dot: &Stipple| disc_area(shapes.disc(dot).1);
             let dots = old.iter().filter(|dot| dot.ink == ink).map(|dot| (at(dot), area(dot)));
             let changed = changes.iter().map(|change| (change.place, ink.sign() * change.missing));
@@ -167,7 +167,7 @@ impl<'a> Placing<'a> {
     fn are_crowded(&self) -> Vec<bool> {
         let scale = self.shapes.scale;
         let mut are_crowded = vec![false; self.old.len()];
-        for ink in [Ink::Black, Ink::White] {
+        for ink in [Ink::BLACK, Ink::WHITE] {
             let reach = self.rules.narrowest(ink.other()) - self.allowance;
             let least = 0.5 * (self.rules.least_dot(ink) - self.allowance);
             let of_ink = (0..self.old.len()).filter(|index| {
@@ -181,7 +181,7 @@ impl<'a> Placing<'a> {
                 .into_par_iter()
                 .filter(|k| {
                     let (centre, radius) = discs[*k];
-                    2.0 * radius < KEPT * self.usual[ink as usize].diameter(centre) && !pairs.neighbours(*k, reach).is_empty()
+                    2.0 * radius < KEPT * self.usual[ink.index()].diameter(centre) && !pairs.neighbours(*k, reach).is_empty()
                 })
                 .collect();
             crowded.into_iter().for_each(|k| are_crowded[numbers[k]] = true);
@@ -230,13 +230,13 @@ impl<'a> Placing<'a> {
 
     /// The area that dots of its ink usually have where one is, in mm^2.
     fn usual_area(&self, dot: &Stipple) -> f64 {
-        let diameter = self.usual[dot.ink as usize].diameter(self.shapes.disc(dot).0);
+        let diameter = self.usual[dot.ink.index()].diameter(self.shapes.disc(dot).0);
         0.25 * std::f64::consts::PI * diameter * diameter
     }
 
     /// Whether dots of an ink may be: a white one is an island.
     fn may_be(&self, ink: Ink) -> bool {
-        ink == Ink::Black || self.rules.islands != Islands::Bridge
+        ink == Ink::BLACK || self.rules.islands != Islands::Bridge
     }
 
     /// How much must lie between a dot of a radius in mm and what has its ink, so that nothing of the other ink there is too narrow; at
@@ -254,7 +254,7 @@ impl<'a> Placing<'a> {
         let reach = wanted + clearance;
         let frame = p.into_iter().chain([0, 1].map(|axis| self.size[axis] - p[axis])).fold(f64::INFINITY, f64::min);
         // The sheet goes on beyond the frame; black ends there.
-        let to_frame = if ink == Ink::White { frame } else { frame + clearance - wanted * (POLYGON_REACH - 1.0) };
+        let to_frame = if ink == Ink::WHITE { frame } else { frame + clearance - wanted * (POLYGON_REACH - 1.0) };
         let to_edges = self.near.distance(p, reach);
         discs.distance(p, reach).min(to_edges).min(to_frame) - clearance
     }
@@ -389,7 +389,7 @@ pub(super) fn black_of(drawing: &Drawing, scale: f64) -> f64 {
     };
     let regions: f64 = (0..drawing.regions.len())
         .into_par_iter()
-        .filter(|i| drawing.regions[*i].ink == Ink::Black)
+        .filter(|i| drawing.regions[*i].ink == Ink::BLACK)
         .map(of_region)
         .collect::<Vec<f64>>()
         .iter()

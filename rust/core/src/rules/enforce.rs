@@ -210,7 +210,7 @@ impl Work<'_> {
 
     /// The area of the least dot: what is shared out along outlines.
     fn part(&self) -> f64 {
-        let least = self.rules.least_dot(Ink::Black).max(self.rules.least_dot(Ink::White));
+        let least = self.rules.least_dot(Ink::BLACK).max(self.rules.least_dot(Ink::WHITE));
         0.25 * std::f64::consts::PI * least * least
     }
 
@@ -220,7 +220,7 @@ impl Work<'_> {
             return Ok(());
         }
         let least = self.rules.min_area.unwrap_or(0.0);
-        let dots = self.shapes.drawing.stipples.iter().filter(|dot| dot.ink == Ink::White).map(|dot| self.shapes.disc(dot));
+        let dots = self.shapes.drawing.stipples.iter().filter(|dot| dot.ink == Ink::WHITE).map(|dot| self.shapes.disc(dot));
         let dots = dots.filter(|(_, radius)| std::f64::consts::PI * radius * radius >= least);
         let holes: Vec<Polygon> = dots.map(|(centre, radius)| vec![circle_polygon(centre, radius, self.tolerance())]).collect();
         if !holes.is_empty() {
@@ -240,8 +240,8 @@ impl Work<'_> {
             if round == ROUNDS && grows.is_none() {
                 grows = Some(self.lost());
             }
-            let has_lost = self.open(Ink::Black, round, grows)?;
-            let has_gained = self.open(Ink::White, round, grows)?;
+            let has_lost = self.open(Ink::BLACK, round, grows)?;
+            let has_gained = self.open(Ink::WHITE, round, grows)?;
             self.changes.rounds += 1;
             if !has_lost && !has_gained {
                 break;
@@ -253,7 +253,7 @@ impl Work<'_> {
     /// The ink that the picture has lost on the way.
     fn lost(&self) -> Ink {
         let missing: f64 = self.changed.iter().map(|change| change.missing).sum();
-        if missing >= 0.0 { Ink::Black } else { Ink::White }
+        if missing >= 0.0 { Ink::BLACK } else { Ink::WHITE }
     }
 
     /// Fills what is too small until nothing is.
@@ -291,8 +291,8 @@ impl Work<'_> {
     fn open(&mut self, ink: Ink, round: usize, grows: Option<Ink>) -> Result<bool> {
         let rule = self.rules.narrowest(ink);
         let limit = if rule > 0.0 { rule } else { UNLIMITED * self.rules.narrowest(ink.other()) };
-        let since = std::mem::take(&mut self.since[ink as usize]);
-        let is_first = !std::mem::replace(&mut self.is_begun[ink as usize], true) && rule > 0.0;
+        let since = std::mem::take(&mut self.since[ink.index()]);
+        let is_first = !std::mem::replace(&mut self.is_begun[ink.index()], true) && rule > 0.0;
         if limit == 0.0 || (since.is_empty() && !is_first) {
             return Ok(false);
         }
@@ -324,16 +324,16 @@ impl Work<'_> {
         let part = self.part();
         self.changed.extend(changes_of(&thin, sign, part));
         match ink {
-            Ink::Black => self.changes.features += thin.len() + wide.len(),
-            Ink::White => self.changes.gaps += thin.len() + wide.len(),
+            Ink::BLACK => self.changes.features += thin.len() + wide.len(),
+            _ => self.changes.gaps += thin.len() + wide.len(),
         }
         if !wide.is_empty() {
-            let gained = if ink == Ink::Black { subtracted(&wide, &self.areas)? } else { intersection(&wide, &self.areas)? };
+            let gained = if ink == Ink::BLACK { subtracted(&wide, &self.areas)? } else { intersection(&wide, &self.areas)? };
             self.changed.extend(changes_of(&gained, -sign, part));
-            self.patch(&wide, ink == Ink::Black)?;
+            self.patch(&wide, ink == Ink::BLACK)?;
         }
         if !thin.is_empty() {
-            self.patch(&with_rim(&thin, self.tolerance())?, ink == Ink::White)?;
+            self.patch(&with_rim(&thin, self.tolerance())?, ink == Ink::WHITE)?;
         }
         Ok(true)
     }
@@ -401,7 +401,7 @@ impl Work<'_> {
             self.origins = vec![None; areas.len()];
             self.areas = areas;
             // Black that grew could close a bridge again.
-            self.open_all(Some(Ink::White))?;
+            self.open_all(Some(Ink::WHITE))?;
         }
         Ok(())
     }
@@ -411,13 +411,13 @@ impl Work<'_> {
         for touch in 0..MOST_TOUCHES {
             let loose = self.shapes.loose_of(&self.areas, &self.origins);
             let Some(at) = loose.meeting(self.control)? else { return assembled(loose, self.control) };
-            let limits = [Ink::Black, Ink::White].map(|ink| self.rules.narrowest(ink));
+            let limits = [Ink::BLACK, Ink::WHITE].map(|ink| self.rules.narrowest(ink));
             let radius = 0.5 * limits[0].max(limits[1]).max(8.0 * self.tolerance()) * (1.0 + touch as f64 / 4.0);
             let place = at.map(|v| v * self.shapes.scale);
             let disc = vec![circle_polygon(place, radius, self.tolerance())];
             let ink = self.lost();
             let grown = self.widened(&[disc], 2.0 * self.tolerance())?;
-            self.patch(&grown, ink == Ink::Black)?;
+            self.patch(&grown, ink == Ink::BLACK)?;
             self.open_all(Some(ink))?;
         }
         assembled(self.shapes.loose_of(&self.areas, &self.origins), self.control)
@@ -427,12 +427,13 @@ impl Work<'_> {
     fn with_dots(&mut self, old: &Drawing, regions: Drawing, canvas: f64) -> Result<Drawing> {
         let shapes = Shapes::new(&regions, self.shapes.scale, self.tolerance());
         let Drawing { width, height, units, .. } = regions;
-        let ground = regions.regions.first().map_or(Ink::White, |region| region.ink);
-        let mut trusts = [Ink::Black, Ink::White].iter().any(|ink| self.rules.narrowest(*ink) == 0.0);
+        let ground = regions.regions.first().map_or(Ink::WHITE, |region| region.ink);
+        let mut trusts = [Ink::BLACK, Ink::WHITE].iter().any(|ink| self.rules.narrowest(*ink) == 0.0);
         loop {
             let placing = Placing::new(&shapes, &old.stipples, &self.changed, self.rules, trusts);
             let (stipples, counts) = placing.placed(1.0 - self.changes.tone_before, canvas, self.control)?;
-            let loose = Loose { width, height, units, curves: regions.curves.clone(), stipples, ground };
+            let (curves, palette) = (regions.curves.clone(), regions.palette.clone());
+            let loose = Loose { width, height, units, palette, curves, sides: Vec::new(), stipples, ground };
             if trusts && loose.meeting(self.control)?.is_some() {
                 trusts = false;
                 continue;

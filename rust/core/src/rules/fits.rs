@@ -212,15 +212,15 @@ mod tests {
         let suspects = |areas: &[Polygon], ink: Ink| Suspects::of(areas, size, Disc { ink, diameter: 1.0, tolerance: 0.005 }, None);
         // A large circle has neither; a square has corners, from inside.
         let circle = [vec![circle_polygon([30.0, 30.0], 8.0, 0.002)]];
-        assert!(suspects(&circle, Ink::Black).is_empty() && suspects(&circle, Ink::White).is_empty());
+        assert!(suspects(&circle, Ink::BLACK).is_empty() && suspects(&circle, Ink::WHITE).is_empty());
         let squares = [vec![square(10.0, 10.0, 10.0)], vec![square(20.7, 10.0, 10.0)]];
-        let black = suspects(&squares, Ink::Black);
+        let black = suspects(&squares, Ink::BLACK);
         assert!(
             black.cells.iter().all(|[y, x]| [9, 10, 19, 20].contains(y) && [9, 10, 19, 20, 21, 30].contains(x)),
             "{:?}",
             black.cells
         );
-        let white = suspects(&squares, Ink::White);
+        let white = suspects(&squares, Ink::WHITE);
         assert!(white.cells.iter().all(|[y, x]| (9..=20).contains(y) && [19, 20].contains(x)) && white.cells.len() >= 10);
         assert!(white.holds(&vec![square(20.0, 12.0, 0.7)]) && !white.holds(&vec![square(12.0, 12.0, 0.7)]));
         let cut = white.cut_out(&squares, size).unwrap();

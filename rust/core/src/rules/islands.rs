@@ -24,7 +24,7 @@ pub struct Island {
 /// The islands of a drawing, from the top down.
 pub fn islands(drawing: &Drawing) -> Vec<Island> {
     // All white on a level above the lowest lies in black.
-    let is_island = |ink: Ink, level: u32| ink == Ink::White && level > 0;
+    let is_island = |ink: Ink, level: u32| ink == Ink::WHITE && level > 0;
     let regions: Vec<usize> =
         (0..drawing.regions.len()).filter(|k| is_island(drawing.regions[*k].ink, drawing.regions[*k].level)).collect();
     let of_region = |region: &usize| {
@@ -157,8 +157,8 @@ mod tests {
             let (exterior, holes) = drawing.region_rings(k);
             std::iter::once(exterior).chain(holes).collect()
         };
-        let regions = (0..drawing.regions.len()).filter(|k| drawing.regions[*k].ink == Ink::Black).map(of_region);
-        let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::Black);
+        let regions = (0..drawing.regions.len()).filter(|k| drawing.regions[*k].ink == Ink::BLACK).map(of_region);
+        let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::BLACK);
         let dots = dots.map(|dot| vec![circle_polygon([dot.x, dot.y], dot.radius, drawing.flattening_tolerance())]);
         let black: Vec<Polygon> = regions.chain(dots).collect();
         let (of_polygons, of_drawing) = (islands_between(&black), islands(&drawing));

@@ -90,7 +90,7 @@ impl Near {
                 crossed = !crossed;
             }
         });
-        if crossed { Ink::Black } else { Ink::White }
+        if crossed { Ink::BLACK } else { Ink::WHITE }
     }
 }
 
@@ -314,11 +314,11 @@ mod tests {
         let hole: Vec<[f64; 2]> = square(4.0, 6.0).into_iter().rev().collect();
         let near = Near::of(&[vec![std::mem::take(&mut ring), hole]], [10.0, 10.0]);
         for (p, ink, distance) in [
-            ([1.0, 1.5], Ink::White, 1.0f64.hypot(0.5)),
-            ([3.0, 5.0], Ink::Black, 1.0),
-            ([5.0, 5.5], Ink::White, 0.5),
-            ([9.5, 5.0], Ink::White, 1.5),
-            ([7.9, 7.9], Ink::Black, 0.1),
+            ([1.0, 1.5], Ink::WHITE, 1.0f64.hypot(0.5)),
+            ([3.0, 5.0], Ink::BLACK, 1.0),
+            ([5.0, 5.5], Ink::WHITE, 0.5),
+            ([9.5, 5.0], Ink::WHITE, 1.5),
+            ([7.9, 7.9], Ink::BLACK, 0.1),
         ] {
             assert_eq!(near.ink(p), ink, "{p:?}");
             assert!((near.distance(p, 5.0) - distance).abs() < 1e-9, "{p:?}");

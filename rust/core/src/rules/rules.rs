@@ -289,8 +289,8 @@ impl Rules {
     /// The narrowest that an ink may be, in mm; 0 without a limit.
     pub(super) fn narrowest(&self, ink: crate::base::Ink) -> f64 {
         let limit = match ink {
-            crate::base::Ink::Black => self.min_feature,
-            crate::base::Ink::White => self.min_gap,
+            crate::base::Ink::BLACK => self.min_feature,
+            _ => self.min_gap,
         };
         limit.unwrap_or(0.0)
     }

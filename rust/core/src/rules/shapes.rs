@@ -57,7 +57,7 @@ impl<'a> Shapes<'a> {
     pub(super) fn new(drawing: &'a Drawing, scale: f64, tolerance: f64) -> Self {
         let flat: Vec<Vec<[f64; 2]>> = drawing.curves.par_iter().map(|curve| flattened(curve, tolerance / scale)).collect();
         let mut shapes = Self { drawing, scale, tolerance, flat, black: Vec::new(), curves: Vec::new() };
-        for region in drawing.regions.iter().filter(|region| region.ink == Ink::Black) {
+        for region in drawing.regions.iter().filter(|region| region.ink == Ink::BLACK) {
             let rings = || std::iter::once(&region.exterior).chain(&region.holes).filter(|ring| !is_dot(ring));
             shapes.black.push(rings().map(|ring| shapes.ring(ring)).collect());
             let parts = rings().flat_map(|ring| &ring.parts);
@@ -120,8 +120,9 @@ impl<'a> Shapes<'a> {
         let curves: Vec<Vec<BezPath>> = areas.par_iter().zip(origins).map(of_area).collect();
         let Drawing { width, height, units, .. } = *self.drawing;
         let canvas = (width * height) as f64 * self.scale * self.scale;
-        let ground = if crate::offset::area(areas) > 0.5 * canvas { Ink::Black } else { Ink::White };
-        Loose { width, height, units, curves: curves.into_iter().flatten().collect(), stipples: Vec::new(), ground }
+        let ground = if crate::offset::area(areas) > 0.5 * canvas { Ink::BLACK } else { Ink::WHITE };
+        let (palette, curves) = (self.drawing.palette.clone(), curves.into_iter().flatten().collect());
+        Loose { width, height, units, palette, curves, sides: Vec::new(), stipples: Vec::new(), ground }
     }
 }
 

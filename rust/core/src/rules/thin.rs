@@ -54,7 +54,7 @@ impl Opened {
             let sign = ink.sign();
             let moved = offset(black, -sign * 0.5 * diameter, tolerance)?;
             let areas = offset(&moved, sign * (0.5 * diameter + SLACK * tolerance), tolerance)?;
-            let thin = if ink == Ink::Black { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
+            let thin = if ink == Ink::BLACK { subtracted(black, &areas)? } else { subtracted(&areas, black)? };
             let Some([top, bottom]) = *band else { return Ok(Self { areas, thin }) };
             let band = Bounds([-diameter, top, width + diameter, bottom]).area();
             Ok(Self { areas, thin: intersection(&thin, &[band])? })
@@ -355,12 +355,12 @@ mod tests {
     #[test]
     fn a_neck_is_as_wide_as_its_bar() {
         for width in [0.1, 0.25, 0.39] {
-            let found = thin(&[dumbbell(width)], SIZE, disc(Ink::Black, 0.4)).unwrap();
+            let found = thin(&[dumbbell(width)], SIZE, disc(Ink::BLACK, 0.4)).unwrap();
             assert_eq!(found.len(), 1, "{width}");
             assert!((found[0].width - width).abs() < 0.005, "{} for {width}", found[0].width);
             assert!((found[0].place[1] - 2.0).abs() < 0.01 && (4.0..8.0).contains(&found[0].place[0]));
         }
-        assert!(thin(&[dumbbell(0.41)], SIZE, disc(Ink::Black, 0.4)).unwrap().is_empty());
+        assert!(thin(&[dumbbell(0.41)], SIZE, disc(Ink::BLACK, 0.4)).unwrap().is_empty());
     }
 
     #[test]
@@ -369,10 +369,10 @@ mod tests {
             polygon(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]),
             polygon(&[[4.3, 0.0], [9.0, 0.0], [9.0, 4.0], [4.3, 4.0]]),
         ];
-        let found = thin(&areas, SIZE, disc(Ink::White, 0.4)).unwrap();
+        let found = thin(&areas, SIZE, disc(Ink::WHITE, 0.4)).unwrap();
         assert_eq!(found.len(), 1);
         assert!((found[0].width - 0.3).abs() < 0.005, "{}", found[0].width);
-        assert!(thin(&areas, SIZE, disc(Ink::White, 0.29)).unwrap().is_empty());
+        assert!(thin(&areas, SIZE, disc(Ink::WHITE, 0.29)).unwrap().is_empty());
     }
 
     #[test]
@@ -381,14 +381,14 @@ mod tests {
             (polygon(&[[0.0, 0.0], [6.0, 0.0], [6.0, 0.2], [0.0, 0.2]]), 0.2),
             (polygon(&crate::base::circle_polygon([3.0, 3.0], 0.15, 0.001)), 0.3),
         ] {
-            let found = thin(&[points], SIZE, disc(Ink::Black, 0.4)).unwrap();
+            let found = thin(&[points], SIZE, disc(Ink::BLACK, 0.4)).unwrap();
             assert_eq!(found.len(), 1);
             assert!((found[0].width - width).abs() < 0.02, "{} for {width}", found[0].width);
         }
         // A ring: all of it is outline, too.
         let mut ring = polygon(&crate::base::circle_polygon([3.0, 3.0], 2.0, 0.001));
         ring.push(crate::base::circle_polygon([3.0, 3.0], 1.75, 0.001).into_iter().rev().collect());
-        let found = thin(&[ring], SIZE, disc(Ink::Black, 0.4)).unwrap();
+        let found = thin(&[ring], SIZE, disc(Ink::BLACK, 0.4)).unwrap();
         assert_eq!(found.len(), 1);
         assert!((found[0].width - 0.25).abs() < 0.02, "{}", found[0].width);
     }
@@ -408,7 +408,7 @@ mod tests {
                 [0.0, -4.0],
             ])];
             let tip: Vec<Polygon> = tip.iter().map(|area| vec![area[0].iter().rev().copied().collect()]).collect();
-            let found = thin(&tip, SIZE, disc(Ink::Black, 0.4)).unwrap();
+            let found = thin(&tip, SIZE, disc(Ink::BLACK, 0.4)).unwrap();
             assert_eq!(found.len(), usize::from(counts), "{height}");
             assert!(found.iter().all(|thin| (thin.place[1] + 4.0 + height).abs() < 1e-3));
         }
