@@ -35,11 +35,13 @@ pub struct Reading {
     /// What the photo will be drawn with: one with far more pixels than those nodes can use is reduced as
     /// [`Options::reduction`] says. `None`: every pixel is kept.
     pub options: Option<Checked<Options>>,
+    /// Whether the photo keeps its colour, which takes up to 12 bytes a pixel more. The luma is the same.
+    pub colour: bool,
 }
 
 impl Default for Reading {
     fn default() -> Self {
-        Self { background: [255; 3], max_pixels: MAX_PIXELS, allow_damaged: false, options: None }
+        Self { background: [255; 3], max_pixels: MAX_PIXELS, allow_damaged: false, options: None, colour: false }
     }
 }
 
@@ -93,7 +95,7 @@ impl<'a> Job<'a> {
         // What was multiplied is divided in floats.
         let depth = if opened.stored.premultiplied && opened.stored.alpha { Depth::F32 } else { opened.depth };
         let conversion = opened.colours.conversion(opened.stored.model, depth);
-        self.canvas = Some(Canvas::new(opened.stored, factor, self.reading.background, conversion, self.control)?);
+        self.canvas = Some(Canvas::new(opened.stored, factor, self.reading, conversion, self.control)?);
         Ok(())
     }
 
