@@ -151,7 +151,11 @@ class Options:
 @final
 class Photo:
     def __new__(
-        cls, luma: npt.NDArray[np.float32], size: tuple[int, int], factor: int, colour: Sequence[npt.NDArray[np.float32]] | None = None
+        cls,
+        luma: npt.NDArray[np.float32],
+        size: tuple[int, int],
+        factor: int,
+        colour: Sequence[npt.NDArray[np.float32]] | None = None,
     ) -> Photo: ...
     def __reduce__(self) -> tuple[type[Photo], tuple[Any, ...]]: ...
     @property

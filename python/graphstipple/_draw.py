@@ -123,15 +123,15 @@ class Session:
     another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a
     map has more than a megapixel, one whose number of nodes asks for another reduction.
 
-    The colour of the photo is kept for options that want it, even if none does so yet: 12 bytes a pixel of the photo as reduced, and
-    none for a grey photo.
+    The colour of the photo is kept for options that want it, even if none does yet: 12 bytes a pixel of the photo as reduced, none
+    if it is grey.
 
     A drawing shares its graph and its importance with the session; docs/performance.md says how much memory that is. Threads may
     use one session: they draw one after the other.
 
-    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced and 12
-    more if it has colours, and its importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an array with
-    transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
+    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced (16 with
+    colours), and its importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an
+    array with transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
 
     Parameters
     ----------

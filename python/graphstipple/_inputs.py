@@ -1,7 +1,8 @@
 """Images and maps as users have them, to luma and colour.
 
 Files are decoded by Rust, so that Python and the command line see the same values; those that Rust does not support, by Pillow. PIL
-images and arrays are brought to samples (height, width, channels) here, where the copies are visible; Rust makes luma of them, and colour.
+images and arrays are brought to samples (height, width, channels) here, where the copies are visible; Rust makes luma and colour of
+them.
 """
 
 from __future__ import annotations

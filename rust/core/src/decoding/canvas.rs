@@ -315,7 +315,9 @@ mod tests {
         for (model, colours) in &kinds {
             for depth in [Depth::U8, Depth::U16, Depth::F32] {
                 for (alpha, premultiplied) in [(false, false), (true, false), (true, true)] {
-                    for orientation in 1..=8 {
+                    // Conversions take their time to make.
+                    let last = if matches!(colours, Colours::Srgb) { 8 } else { 1 };
+                    for orientation in 1..=last {
                         for (factor, background) in [(1, [255; 3]), (1, COLOURED), (2, COLOURED)] {
                             let stored = Stored { width: 7, height: 5, model: *model, alpha, premultiplied, orientation };
                             let read = check(stored, depth, factor, colours, background);
