@@ -4,7 +4,6 @@
 use rayon::prelude::*;
 
 use super::colour::Conversion;
-use super::job::Reading;
 use super::kinds::out_of_memory;
 use super::stored::{Model, Stored};
 use crate::base::{Control, Error, Result};
@@ -15,6 +14,16 @@ const AT_ONCE: usize = 16_384;
 
 /// Rows that are placed at once: the planes of a whole picture that is reduced is never in memory.
 const ROWS: usize = 512;
+
+/// What a canvas is wanted to show.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// 8-bit sRGB.
+    pub(super) background: [u8; 3],
+    pub(super) colour: bool,
+    /// Whether parts may be left as background.
+    pub(super) may_lack: bool,
+}
 
 /// Planes that are being filled: the luma, and red, green and blue behind it where it does not say them.
 pub(super) struct Canvas<'a> {
@@ -43,15 +52,15 @@ impl<'a> Canvas<'a> {
     pub(super) fn new(
         stored: Stored,
         factor: usize,
-        reading: &Reading,
+        wanted: Wanted,
         conversion: Option<Conversion>,
         control: &'a Control,
     ) -> Result<Self> {
         let size = stored.upright().map(|side| (side / factor).max(1));
         let mut canvas = Self {
             stored,
-            background: reading.background,
-            colour: reading.colour,
+            background: wanted.background,
+            colour: wanted.colour,
             conversion,
             control,
             factor,
@@ -62,7 +71,7 @@ impl<'a> Canvas<'a> {
             rows: Vec::new(),
         };
         let count = size[0] * size[1];
-        for _ in 0..planes_of(&stored, reading) {
+        for _ in 0..planes_of(&stored, wanted) {
             if factor == 1 {
                 canvas.planes.push(zeros(count)?);
             } else {
@@ -238,11 +247,11 @@ impl<'a> Canvas<'a> {
 }
 
 /// How many planes there are: the luma says the colour where nothing but grey is drawn.
-fn planes_of(stored: &Stored, reading: &Reading) -> usize {
-    let [red, green, blue] = reading.background;
-    let shows_background = stored.alpha || reading.allow_damaged;
+fn planes_of(stored: &Stored, wanted: Wanted) -> usize {
+    let [red, green, blue] = wanted.background;
+    let shows_background = stored.alpha || wanted.may_lack;
     let is_grey = stored.model == Model::Grey && !(shows_background && (red != green || green != blue));
-    if reading.colour && !is_grey { 4 } else { 1 }
+    if wanted.colour && !is_grey { 4 } else { 1 }
 }
 
 /// Zeros, as many as the memory has room for.
@@ -274,11 +283,11 @@ mod tests {
     }
 
     /// The photo of a stored image, with its colour or without.
-    fn photo(stored: Stored, depth: Depth, factor: usize, colours: &Colours, reading: &Reading) -> Photo {
+    fn photo(stored: Stored, depth: Depth, factor: usize, colours: &Colours, wanted: Wanted) -> Photo {
         let depth_of_conversion = if stored.premultiplied && stored.alpha { Depth::F32 } else { depth };
         let conversion = colours.conversion(stored.model, depth_of_conversion);
         let control = Control::new();
-        let mut canvas = Canvas::new(stored, factor, reading, conversion, &control).unwrap();
+        let mut canvas = Canvas::new(stored, factor, wanted, conversion, &control).unwrap();
         let all = samples(stored.width * stored.height * stored.channels(), depth);
         canvas.put(0, 0, stored.width, all.as_samples()).unwrap();
         canvas.finish().unwrap()
@@ -286,9 +295,9 @@ mod tests {
 
     /// That the luma is the one that is read without colour, and the colour has it.
     fn check(stored: Stored, depth: Depth, factor: usize, colours: &Colours, background: [u8; 3]) -> Photo {
-        let without = Reading { background, ..Reading::default() };
-        let plain = photo(stored, depth, factor, colours, &without);
-        let coloured = photo(stored, depth, factor, colours, &Reading { colour: true, ..without });
+        let without = Wanted { background, colour: false, may_lack: false };
+        let plain = photo(stored, depth, factor, colours, without);
+        let coloured = photo(stored, depth, factor, colours, Wanted { colour: true, ..without });
         assert!(plain.colour().is_none());
         assert_eq!(coloured.clone().without_colour(), plain, "{stored:?} {depth:?}");
         let colour = coloured.colour().unwrap();
@@ -363,8 +372,8 @@ mod tests {
         let control = Control::new();
         for model in [Model::Grey, Model::Rgb] {
             let stored = Stored { width: 3, height: 2, model, alpha: false, premultiplied: false, orientation: 1 };
-            let reading = Reading { background: COLOURED, allow_damaged: true, colour: true, ..Reading::default() };
-            let mut canvas = Canvas::new(stored, 1, &reading, None, &control).unwrap();
+            let wanted = Wanted { background: COLOURED, colour: true, may_lack: true };
+            let mut canvas = Canvas::new(stored, 1, wanted, None, &control).unwrap();
             canvas.put(0, 0, 3, samples(3 * stored.channels(), Depth::U8).as_samples()).unwrap();
             canvas.leave(0, 1, 3, 1);
             let photo = canvas.finish().unwrap();
@@ -374,10 +383,10 @@ mod tests {
 
     #[test]
     fn inks_without_a_profile_are_laid_over_one_another() {
-        let reading = Reading { colour: true, ..Reading::default() };
+        let wanted = Wanted { background: [255; 3], colour: true, may_lack: false };
         let stored = Stored { width: 2, height: 1, model: Model::Cmyk, alpha: false, premultiplied: false, orientation: 1 };
         let control = Control::new();
-        let mut canvas = Canvas::new(stored, 1, &reading, None, &control).unwrap();
+        let mut canvas = Canvas::new(stored, 1, wanted, None, &control).unwrap();
         canvas.put(0, 0, 2, Samples::F32(&[1.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.75])).unwrap();
         let photo = canvas.finish().unwrap();
         assert_eq!(photo.colour().unwrap().at(0, 0), [0.0, 1.0, 0.5]);

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Seek};
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, Wanted};
 use super::caught::caught;
 use super::colour::Colours;
 use super::kinds::{Container, out_of_memory};
@@ -69,6 +69,13 @@ impl Reading {
     }
 }
 
+impl Reading {
+    /// What the canvas shows.
+    pub(super) fn wanted(&self) -> Wanted {
+        Wanted { background: self.background, colour: self.colour, may_lack: self.allow_damaged }
+    }
+}
+
 /// What a header says.
 pub(super) struct Opened {
     pub(super) stored: Stored,
@@ -95,7 +102,7 @@ impl<'a> Job<'a> {
         // What was multiplied is divided in floats.
         let depth = if opened.stored.premultiplied && opened.stored.alpha { Depth::F32 } else { opened.depth };
         let conversion = opened.colours.conversion(opened.stored.model, depth);
-        self.canvas = Some(Canvas::new(opened.stored, factor, self.reading, conversion, self.control)?);
+        self.canvas = Some(Canvas::new(opened.stored, factor, self.reading.wanted(), conversion, self.control)?);
         Ok(())
     }
 

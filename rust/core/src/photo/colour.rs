@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use crate::base::{Error, Result};
 use crate::photo::field::Field;
-use crate::photo::photo::reduced;
 
 /// Red, green and blue of a photo, sRGB-encoded in [0, 1]. Copies share the planes.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,8 +71,8 @@ impl Colour {
     pub fn reduced(&self, factor: usize) -> Self {
         match factor {
             1 => self.clone(),
-            _ if self.is_grey() => Self::grey(Arc::new(reduced(self.red(), factor))),
-            _ => Self { planes: self.planes().map(|plane| Arc::new(reduced(plane, factor))) },
+            _ if self.is_grey() => Self::grey(Arc::new(self.red().reduced(factor))),
+            _ => Self { planes: self.planes().map(|plane| Arc::new(plane.reduced(factor))) },
         }
     }
 

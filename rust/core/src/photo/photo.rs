@@ -7,12 +7,10 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::base::{Error, Result};
 use crate::options::Options;
 use crate::photo::colour::Colour;
-use crate::photo::field::{Field, check_size};
+use crate::photo::field::{Field, boxes, check_size};
 
 /// A photo's luma, whole or reduced, and the canvas that it is drawn on; its colour, if somebody wanted it. Copies share both.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +38,7 @@ impl Photo {
             return Self::new(luma);
         }
         let (width, height) = (luma.width(), luma.height());
-        Self { luma: Arc::new(reduced(&luma, factor)), colour: None, width, height, factor }
+        Self { luma: Arc::new(luma.reduced(factor)), colour: None, width, height, factor }
     }
 
     /// A photo of `width` x `height` pixels that was reduced by a factor while it was read, as its luma then is.
@@ -117,26 +115,6 @@ impl Photo {
     pub fn fits(&self, options: &Options) -> bool {
         options.reduction(self.width, self.height) == self.factor
     }
-}
-
-/// The means of a field's boxes of `factor` x `factor` pixels.
-pub(super) fn reduced(field: &Field, factor: usize) -> Field {
-    let (width, height) = (field.width(), field.height());
-    let [columns, rows] = [width, height].map(|side| boxes(side, factor));
-    let range =
-        |index: usize, count: usize, side: usize| index * factor..if index + 1 == count { side } else { (index + 1) * factor };
-    let mean = |i: usize| {
-        let (x, y) = (range(i % columns, columns, width), range(i / columns, rows, height));
-        let pixels = (x.len() * y.len()) as f64;
-        let rows = y.flat_map(|y| &field.values()[y * width..][x.clone()]);
-        (rows.fold(0.0, |sum, value| sum + f64::from(*value)) / pixels) as f32
-    };
-    Field::of_valid(columns, rows, (0..columns * rows).into_par_iter().map(mean).collect())
-}
-
-/// Boxes on a side of so many pixels.
-fn boxes(side: usize, factor: usize) -> usize {
-    (side / factor).max(1)
 }
 
 impl Field {
