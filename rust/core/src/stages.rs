@@ -25,8 +25,10 @@ pub use crate::graph::{
     Adjacency, Beside, Cells, Components, FRAME_MARGIN, Graph, Lattice, TonedCells, Triangulation, cells, components,
     lattice_means, owners, samples_per_pixel, toned_cells, triangulate,
 };
+// Colours as mixtures of inks.
+pub use crate::inks::{MOST_LABELS, Mixing, Mixture, extract, mixtures};
 // Error diffusion on any graph.
-pub use crate::diffusion::{Diffusion, diffuse, tonal_share};
+pub use crate::diffusion::{Diffusion, diffuse, diffuse_inks, tonal_share};
 // Where nodes are.
 pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, relax};
 // What is black and what is white.
