@@ -2,7 +2,7 @@
 
 use crate::base::{Error, Result};
 use crate::graph::{Graph, check_one_a_node};
-use crate::inks::{Mixing, Mixture, axes, check_mixtures};
+use crate::inks::{MOST_LABELS, Mixture, axes, check_mixtures};
 use crate::labels::smooth::{COHESION, COHESION_SWEEPS, ROUGHNESS, STEP, for_nodes, mean_around, off_plane, without_single_nodes};
 
 /// The ground of a node in a part with structure: none.
@@ -79,13 +79,13 @@ impl Around {
 /// `mixtures` and `colours`, sRGB-encoded, are those of the photo, without emphasis; `stippling` says how much is smooth: 0 nothing, 1
 /// everything that a ground with dots can show. The ground is the label of the largest part around, of at least a third. How smooth a
 /// part must be is as for black and white, by its luma and, counting less, its chroma; what the ground lacks is the other
-/// labels' parts, by how far they are from it.
+/// labels' parts.
 ///
 /// # Errors
 /// [`Error::Input`] if there is not one mixture and one finite colour a node, or stippling is not between 0 and 1.
-pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], mixing: &Mixing, stippling: f64) -> Result<Vec<u8>> {
+pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], stippling: f64) -> Result<Vec<u8>> {
     let count = graph.sites.len();
-    check_mixtures(mixtures, count, mixing.labels())?;
+    check_mixtures(mixtures, count, MOST_LABELS)?;
     check_one_a_node("colours", colours.len(), count)?;
     if let Some(node) = colours.iter().position(|colour| colour.iter().any(|v| !v.is_finite())) {
         return Err(Error::Input(format!("the colour of node {node} is not finite")));
@@ -108,9 +108,8 @@ pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], m
         let squares = off_planes(graph, colours);
         let allowed = 2.0 * ROUGHNESS * stippling / (1.0 - stippling);
         for_nodes(count, |node| {
-            let own = ground[node];
-            let lack: f64 = around[node].shares().map(|(label, part)| f64::from(part) * mixing.distance(own, label)).sum();
-            let limit = STEP + allowed * lack.min(0.5);
+            let lack = f64::from(1.0 - around[node].part(ground[node])).clamp(0.0, 0.5);
+            let limit = STEP + allowed * lack;
             can_carry(node) && f64::from(squares[node]) <= limit * limit
         })
     };
@@ -144,7 +143,7 @@ fn grounds_of(graph: &Graph, around: &[Around]) -> Vec<u8> {
 mod tests {
     use super::*;
     use crate::graph::Lattice;
-    use crate::inks::mixtures;
+    use crate::inks::{Mixing, mixtures};
     use crate::labels::smooth::{STRUCTURED, grounds};
     use crate::options::LatticeKind;
 
@@ -161,7 +160,7 @@ mod tests {
         let colours: Vec<[f32; 3]> = tones.iter().map(|tone| [*tone; 3]).collect();
         for stippling in [0.0, 0.2, 0.5, 0.8, 1.0] {
             let expected = grounds(&graph, &tones, stippling).unwrap();
-            let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, &mixing, stippling).unwrap();
+            let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, stippling).unwrap();
             let is_other = |(a, b): &(&u8, &u8)| **a != **b && !(**a == STRUCTURED && **b == NO_GROUND);
             let other = expected.iter().zip(&found).filter(is_other).count();
             assert!(other <= 3, "{stippling}: {other}");
@@ -174,12 +173,12 @@ mod tests {
         let mixing = Mixing::new(&[[29, 29, 27], [255, 72, 176], [0, 120, 191], [244, 239, 226]], false).unwrap();
         let colour = |[x, _]: &[f64; 2]| if *x < 30.0 { [0.95, 0.7, 0.8] } else { [0.1, 0.45, 0.7] };
         let colours: Vec<[f32; 3]> = graph.sites.iter().map(colour).collect();
-        let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, &mixing, 0.5).unwrap();
+        let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, 0.5).unwrap();
         for ([x, _], ground) in graph.sites.iter().zip(&found) {
             assert!((x - 30.0).abs() > 1.0 || *ground == NO_GROUND);
             assert!((x - 30.0).abs() < 5.0 || *ground == if *x < 30.0 { 3 } else { 2 }, "{x} {ground}");
         }
-        assert!(grounds_inks(&graph, &[], &colours, &mixing, 0.5).is_err());
-        assert!(grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, &mixing, 1.5).is_err());
+        assert!(grounds_inks(&graph, &[], &colours, 0.5).is_err());
+        assert!(grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, 1.5).is_err());
     }
 }

@@ -37,7 +37,7 @@ pub fn label_inks(
 ) -> Result<Labels> {
     let (graph, Inked { mixing, emphasized, plain, colours }) = (&*triangulation.graph, inked);
     let weighting = (options.published.error_weighting == ErrorWeighting::Area).then_some(areas);
-    let grounds = grounds_inks(graph, plain, colours, mixing, options.stippling)?;
+    let grounds = grounds_inks(graph, plain, colours, options.stippling)?;
     // In smooth parts shapes are the ground, which passes no error on.
     let drawn = |(ground, mixture): (&u8, &Mixture)| if *ground == NO_GROUND { *mixture } else { Mixture::pure(*ground) };
     let mixtures: Vec<Mixture> = grounds.par_iter().zip(emphasized).map(drawn).collect();
@@ -103,29 +103,20 @@ mod tests {
         assert!(labels == run(3, 0.5) && run(2, 0.0).marks.is_none());
         let drawn = labels.marks.unwrap().areas;
         let total: f64 = areas.iter().sum();
-        let grounds = grounds_inks(&triangulation.graph, &plain, &colours, &mixing, 0.5).unwrap();
+        let grounds = grounds_inks(&triangulation.graph, &plain, &colours, 0.5).unwrap();
         for label in 0..7 {
-            // A dot takes from the ground what it has more than its cell, and leaves it what it has less.
+            // A dot takes its mark's area from its ground.
+            let is_dot = |node: usize| grounds[node] != NO_GROUND && labels.labels[node] != grounds[node];
             let own = |node: usize| {
-                let (cell, mark) = (areas[node], drawn[node]);
-                let is_dot = grounds[node] != NO_GROUND && labels.labels[node] != grounds[node];
-                match (labels.labels[node] == label, is_dot && grounds[node] == label) {
-                    (true, _) => {
-                        if is_dot {
-                            mark
-                        } else {
-                            cell
-                        }
-                    }
-                    (_, true) => cell - mark,
-                    _ => 0.0,
+                let is_own = labels.labels[node] == label;
+                match (is_dot(node), is_own, grounds[node] == label) {
+                    (true, true, _) => drawn[node],
+                    (true, false, true) => areas[node] - drawn[node],
+                    (true, false, false) => 0.0,
+                    (false, true, _) => areas[node],
+                    (false, false, _) => 0.0,
                 }
             };
-            let taken = |node: usize| {
-                let is_dot = grounds[node] != NO_GROUND && labels.labels[node] != grounds[node];
-                if is_dot && labels.labels[node] == label && drawn[node] > areas[node] { 0.0 } else { own(node) }
-            };
-            let _ = taken;
             let found: f64 = (0..areas.len()).map(own).sum::<f64>() / total;
             let wanted: f64 =
                 plain.iter().zip(&areas).map(|(mixture, area)| f64::from(mixture.part(label)) * area).sum::<f64>() / total;
@@ -163,7 +154,7 @@ mod tests {
                 print!("{what} {:.3} ", part.elapsed().as_secs_f64());
                 part = std::time::Instant::now();
             };
-            let found = grounds_inks(graph, &plain, &colours, &mixing, 0.5).unwrap();
+            let found = grounds_inks(graph, &plain, &colours, 0.5).unwrap();
             lap("grounds");
             let mut labels = diffuse_inks(graph, &plain, &mixing, None, &Diffusion::of_tone(&options), &control).unwrap();
             lap("diffusion");

@@ -5,7 +5,8 @@
 //! `crispness part + mean(part_j - is_j) + cohesion mean(is_j) + shift`,
 //!
 //! where `is_j` is 1 for neighbours j of that label; every label has its shift, which follows its area. Asked are the labels of which
-//! the node or a neighbour has a part. A dot by itself, whose neighbours have one other label, stays.
+//! the node or a neighbour has a part. A dot by itself of such a label, whose
+//! neighbours have one other label, stays.
 
 use rayon::prelude::*;
 
@@ -163,6 +164,11 @@ impl Asked {
         }
         Self { offsets, alone: alone.concat() }
     }
+
+    /// Those of the structured node of this place among them.
+    fn of_node(&self, k: usize) -> &[(u8, f32)] {
+        &self.alone[self.offsets[k]..self.offsets[k + 1]]
+    }
 }
 
 /// One sweep.
@@ -195,7 +201,8 @@ impl Sweep<'_> {
             let own = labels[node - first];
             let is_lone = row.first().is_some_and(|other| {
                 let around = label_of(*other);
-                around != own && usize::from(counts[usize::from(around)]) == row.len()
+                let is_asked = || self.asked.of_node(k).iter().any(|(label, _)| *label == own);
+                around != own && usize::from(counts[usize::from(around)]) == row.len() && is_asked()
             });
             let label = if is_lone { own } else { self.label(node, k, &counts, row.len(), own) };
             row.iter().for_each(|other| counts[usize::from(label_of(*other))] = 0);
@@ -209,7 +216,7 @@ impl Sweep<'_> {
         // What every neighbour of the label adds.
         let per_neighbor = (self.cohesion - 1.0) / degree.max(1) as f64;
         let mut best = (f64::NEG_INFINITY, own);
-        for (label, alone) in &self.asked.alone[self.asked.offsets[k]..self.asked.offsets[k + 1]] {
+        for (label, alone) in self.asked.of_node(k) {
             let number = usize::from(*label);
             let shift = self.shifts[number];
             let unevenness = UNEVENNESS * shift.abs() + LEAST_UNEVENNESS;
