@@ -129,7 +129,13 @@ mod tests {
     fn time_beside_black_and_white() {
         let (triangulation, areas) = canvas(300_000, 1000);
         let (graph, options, control) = (&*triangulation.graph, Options::default(), Control::new());
-        let colours = colours(&triangulation, 1000.0);
+        // Half of it smooth, half with a texture.
+        let textured = |(k, (colour, [x, _])): (usize, ([f32; 3], &[f64; 2]))| {
+            let texture = if *x < 500.0 { 0.0 } else { 0.15 * noise(k as u64 / 2) };
+            colour.map(|v| (v + texture).clamp(0.0, 1.0))
+        };
+        let smooth = colours(&triangulation, 1000.0).into_iter();
+        let colours: Vec<[f32; 3]> = smooth.zip(&graph.sites).enumerate().map(textured).collect();
         let tones: Vec<f32> = colours.iter().map(|[r, g, b]| 0.299 * r + 0.587 * g + 0.114 * b).collect();
         for _ in 0..2 {
             let began = std::time::Instant::now();
