@@ -24,7 +24,7 @@ const ROUNDS: usize = 2;
 const OUTWARDS: [f64; 5] = [0.0, 0.5, 1.0, 1.4, 1.8];
 
 /// The weight of the noise of mixtures against their misses.
-const NOISE: f64 = 0.25;
+const NOISE: f64 = 0.15;
 
 type Point = [f64; 3];
 

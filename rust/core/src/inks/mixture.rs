@@ -116,6 +116,12 @@ impl Mixing {
         mixture.shares().map(|(label, part)| f64::from(part) * self.lumas[usize::from(label)]).sum()
     }
 
+    /// How far apart the colours of two labels are: 1 for black and white.
+    pub(crate) fn distance(&self, a: u8, b: u8) -> f64 {
+        let way = minus(self.places[usize::from(a)], self.places[usize::from(b)]);
+        dot(way, way).sqrt()
+    }
+
     /// Whether a label is darker than another; one of two that are as dark is.
     pub(crate) fn is_darker(&self, a: u8, b: u8) -> bool {
         let [first, second] = [a, b].map(|label| self.lumas[usize::from(label)]);

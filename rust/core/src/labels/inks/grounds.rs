@@ -2,7 +2,7 @@
 
 use crate::base::{Error, Result};
 use crate::graph::{Graph, check_one_a_node};
-use crate::inks::{MOST_LABELS, Mixture, axes, check_mixtures};
+use crate::inks::{Mixing, Mixture, axes, check_mixtures};
 use crate::labels::smooth::{COHESION, COHESION_SWEEPS, ROUGHNESS, STEP, for_nodes, mean_around, off_plane, without_single_nodes};
 
 /// The ground of a node in a part with structure: none.
@@ -78,14 +78,14 @@ impl Around {
 ///
 /// `mixtures` and `colours`, sRGB-encoded, are those of the photo, without emphasis; `stippling` says how much is smooth: 0 nothing, 1
 /// everything that a ground with dots can show. The ground is the label of the largest part around, of at least a third. How smooth a
-/// part must be is as for black and white, by its luma and, counting less, its chroma; what the ground lacks is the other
-/// labels' parts.
+/// part must be is as for black and white, by its luma and, counting less, its chroma; what the ground lacks is the mean,
+/// by root of the product, of the other labels' parts and of how different they look.
 ///
 /// # Errors
 /// [`Error::Input`] if there is not one mixture and one finite colour a node, or stippling is not between 0 and 1.
-pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], stippling: f64) -> Result<Vec<u8>> {
+pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], mixing: &Mixing, stippling: f64) -> Result<Vec<u8>> {
     let count = graph.sites.len();
-    check_mixtures(mixtures, count, MOST_LABELS)?;
+    check_mixtures(mixtures, count, mixing.labels())?;
     check_one_a_node("colours", colours.len(), count)?;
     if let Some(node) = colours.iter().position(|colour| colour.iter().any(|v| !v.is_finite())) {
         return Err(Error::Input(format!("the colour of node {node} is not finite")));
@@ -108,7 +108,13 @@ pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], s
         let squares = off_planes(graph, colours);
         let allowed = 2.0 * ROUGHNESS * stippling / (1.0 - stippling);
         for_nodes(count, |node| {
-            let lack = f64::from(1.0 - around[node].part(ground[node])).clamp(0.0, 0.5);
+            // Inks that are nearly alike need not be as smooth for their parts, but smoother than for what they look like.
+            let (own, mut part, mut seen) = (ground[node], 0.0, 0.0);
+            for (label, share) in around[node].shares().filter(|(label, _)| *label != own) {
+                part += f64::from(share);
+                seen += f64::from(share) * mixing.distance(own, label);
+            }
+            let lack = (part * seen).sqrt().min(0.5);
             let limit = STEP + allowed * lack;
             can_carry(node) && f64::from(squares[node]) <= limit * limit
         })
@@ -143,7 +149,7 @@ fn grounds_of(graph: &Graph, around: &[Around]) -> Vec<u8> {
 mod tests {
     use super::*;
     use crate::graph::Lattice;
-    use crate::inks::{Mixing, mixtures};
+    use crate::inks::mixtures;
     use crate::labels::smooth::{STRUCTURED, grounds};
     use crate::options::LatticeKind;
 
@@ -160,7 +166,7 @@ mod tests {
         let colours: Vec<[f32; 3]> = tones.iter().map(|tone| [*tone; 3]).collect();
         for stippling in [0.0, 0.2, 0.5, 0.8, 1.0] {
             let expected = grounds(&graph, &tones, stippling).unwrap();
-            let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, stippling).unwrap();
+            let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, &mixing, stippling).unwrap();
             let is_other = |(a, b): &(&u8, &u8)| **a != **b && !(**a == STRUCTURED && **b == NO_GROUND);
             let other = expected.iter().zip(&found).filter(is_other).count();
             assert!(other <= 3, "{stippling}: {other}");
@@ -173,12 +179,12 @@ mod tests {
         let mixing = Mixing::new(&[[29, 29, 27], [255, 72, 176], [0, 120, 191], [244, 239, 226]], false).unwrap();
         let colour = |[x, _]: &[f64; 2]| if *x < 30.0 { [0.95, 0.7, 0.8] } else { [0.1, 0.45, 0.7] };
         let colours: Vec<[f32; 3]> = graph.sites.iter().map(colour).collect();
-        let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, 0.5).unwrap();
+        let found = grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, &mixing, 0.5).unwrap();
         for ([x, _], ground) in graph.sites.iter().zip(&found) {
             assert!((x - 30.0).abs() > 1.0 || *ground == NO_GROUND);
             assert!((x - 30.0).abs() < 5.0 || *ground == if *x < 30.0 { 3 } else { 2 }, "{x} {ground}");
         }
-        assert!(grounds_inks(&graph, &[], &colours, 0.5).is_err());
-        assert!(grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, 1.5).is_err());
+        assert!(grounds_inks(&graph, &[], &colours, &mixing, 0.5).is_err());
+        assert!(grounds_inks(&graph, &mixtures(&colours, &mixing), &colours, &mixing, 1.5).is_err());
     }
 }

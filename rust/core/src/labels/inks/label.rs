@@ -37,7 +37,7 @@ pub fn label_inks(
 ) -> Result<Labels> {
     let (graph, Inked { mixing, emphasized, plain, colours }) = (&*triangulation.graph, inked);
     let weighting = (options.published.error_weighting == ErrorWeighting::Area).then_some(areas);
-    let grounds = grounds_inks(graph, plain, colours, options.stippling)?;
+    let grounds = grounds_inks(graph, plain, colours, mixing, options.stippling)?;
     // In smooth parts shapes are the ground, which passes no error on.
     let drawn = |(ground, mixture): (&u8, &Mixture)| if *ground == NO_GROUND { *mixture } else { Mixture::pure(*ground) };
     let mixtures: Vec<Mixture> = grounds.par_iter().zip(emphasized).map(drawn).collect();
@@ -103,7 +103,7 @@ mod tests {
         assert!(labels == run(3, 0.5) && run(2, 0.0).marks.is_none());
         let drawn = labels.marks.unwrap().areas;
         let total: f64 = areas.iter().sum();
-        let grounds = grounds_inks(&triangulation.graph, &plain, &colours, 0.5).unwrap();
+        let grounds = grounds_inks(&triangulation.graph, &plain, &colours, &mixing, 0.5).unwrap();
         for label in 0..7 {
             // A dot takes its mark's area from its ground.
             let is_dot = |node: usize| grounds[node] != NO_GROUND && labels.labels[node] != grounds[node];
@@ -160,7 +160,7 @@ mod tests {
                 print!("{what} {:.3} ", part.elapsed().as_secs_f64());
                 part = std::time::Instant::now();
             };
-            let found = grounds_inks(graph, &plain, &colours, 0.5).unwrap();
+            let found = grounds_inks(graph, &plain, &colours, &mixing, 0.5).unwrap();
             lap("grounds");
             let mut labels = diffuse_inks(graph, &plain, &mixing, None, &Diffusion::of_tone(&options), &control).unwrap();
             lap("diffusion");
