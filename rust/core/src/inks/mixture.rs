@@ -271,15 +271,13 @@ impl Active<'_> {
     /// Changes the parts, as far as none falls below 0; whether one fell to it and was dropped.
     fn go(&mut self, way: [f64; 5], most: f64) -> bool {
         let (mut step, mut dropped) = (most, None);
-        for k in 0..self.count {
-            if way[k] < 0.0 && self.parts[k] < -way[k] * step {
-                (step, dropped) = (self.parts[k] / -way[k], Some(k));
+        for (k, (part, change)) in self.parts.iter().zip(way).take(self.count).enumerate() {
+            if change < 0.0 && *part < -change * step {
+                (step, dropped) = (part / -change, Some(k));
             }
         }
         if step.is_finite() {
-            for k in 0..self.count {
-                self.parts[k] += step * way[k];
-            }
+            self.parts.iter_mut().zip(way).take(self.count).for_each(|(part, change)| *part += step * change);
         }
         if let Some(dropped) = dropped {
             self.count -= 1;

@@ -2,7 +2,7 @@
 
 use crate::base::{Error, Result};
 use crate::graph::{Graph, check_one_a_node};
-use crate::inks::{Mixing, Mixture, axes, check_mixtures};
+use crate::inks::{MOST_LABELS, Mixing, Mixture, axes, check_mixtures};
 use crate::labels::smooth::{COHESION, COHESION_SWEEPS, ROUGHNESS, STEP, for_nodes, mean_around, off_plane, without_single_nodes};
 
 /// The ground of a node in a part with structure: none.
@@ -40,23 +40,24 @@ impl Around {
     /// The mean over a node and its neighbours.
     fn mean(graph: &Graph, arounds: &[Self], node: usize) -> Self {
         let row = graph.row(node);
-        let mut found: Vec<(u8, f32)> = Vec::with_capacity(16);
+        // Sums by label, and a bit for every label that has one.
+        let (mut sums, mut found) = ([0.0; MOST_LABELS], 0u64);
         for other in row.iter().map(|other| *other as usize).chain([node]) {
             for (label, part) in arounds[other].shares() {
-                match found.iter_mut().find(|(own, _)| *own == label) {
-                    Some((_, sum)) => *sum += part,
-                    None => found.push((label, part)),
-                }
+                sums[usize::from(label)] += part;
+                found |= 1 << label;
             }
         }
-        if found.len() > REMEMBERED {
-            found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-            found.truncate(REMEMBERED);
+        let labels = |found: u64| (0..MOST_LABELS).filter(move |label| found >> label & 1 == 1);
+        while found.count_ones() as usize > REMEMBERED {
+            let least = labels(found).min_by(|a, b| sums[*a].total_cmp(&sums[*b]).then(b.cmp(a)));
+            found &= !least.map_or(found, |label| 1 << label);
         }
-        found.sort_unstable_by_key(|(label, _)| *label);
         let mut mean = Self::default();
-        for (k, (label, sum)) in found.into_iter().enumerate() {
-            (mean.labels[k], mean.parts[k]) = (label, sum / (row.len() + 1) as f32);
+        for k in 0..found.count_ones() as usize {
+            let label = found.trailing_zeros();
+            found &= found - 1;
+            (mean.labels[k], mean.parts[k]) = (label as u8, sums[label as usize] / (row.len() + 1) as f32);
         }
         mean
     }
