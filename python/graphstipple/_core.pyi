@@ -6,6 +6,7 @@ import numpy.typing as npt
 
 __all__ = [
     "MAX_PIXELS",
+    "NO_SUBJECT",
     "Drawing",
     "Options",
     "Photo",
@@ -61,6 +62,7 @@ __all__ = [
 
 __version__: str
 MAX_PIXELS: int
+NO_SUBJECT: str
 
 @final
 class Drawing:
@@ -149,8 +151,17 @@ class Options:
 
 @final
 class Photo:
-    def __new__(cls, luma: npt.NDArray[np.float32], size: tuple[int, int], factor: int) -> Photo: ...
-    def __reduce__(self) -> tuple[type[Photo], tuple[npt.NDArray[np.float32], tuple[int, int], int]]: ...
+    def __new__(
+        cls,
+        luma: npt.NDArray[np.float32],
+        size: tuple[int, int],
+        factor: int,
+        subject: tuple[npt.NDArray[np.float32], tuple[int, int, int]] | None = None,
+    ) -> Photo: ...
+    def __reduce__(self) -> tuple[type[Photo], tuple[Any, ...]]: ...
+    def with_subject(self, mask: Photo) -> Photo: ...
+    @property
+    def subject(self) -> npt.NDArray[np.float32] | None: ...
     @property
     def luma(self) -> npt.NDArray[np.float32]: ...
     @property
@@ -163,6 +174,8 @@ class Reading:
     def __new__(
         cls, background: tuple[int, int, int], options: Options | None, max_pixels: int, allow_damaged: bool
     ) -> Reading: ...
+    @property
+    def background(self) -> tuple[int, int, int]: ...
     def check(self, width: int, height: int) -> None: ...
 
 @final

@@ -1,11 +1,14 @@
-//! From a photo to the tone that is drawn. In: luma, or samples; out: a [`Photo`] with its luma, tone and
-//! emphasized tone, each a [`Field`]. Source: our own (the paper takes grey levels as given).
+//! From a photo to the tone that is drawn. In: luma, or samples; out: a [`Photo`] with its luma, its subject, tone
+//! and emphasized tone, each a [`Field`]. Source: our own (the paper takes grey levels as given).
 
+mod backdrop;
 mod emphasis;
 mod field;
 mod photo;
+mod subject;
 mod tone;
 
+pub(crate) use backdrop::{attended, backed};
 pub use emphasis::emphasize;
 pub(crate) use emphasis::{FINE, emphasize_and_off, off_blurred};
 pub use field::{Field, MAX_SIDE};
