@@ -1,8 +1,9 @@
 """The subject of a photo, found by OpenCV alone: in, a photo; out, a mask of what the rest may step back from.
 
-Nothing was learned from photos of things: what is told apart is what photographers do. A subject differs in colour from what touches
-the borders, it is near the middle, and it is in focus. Each of these gives a guess; from every guess GrabCut (Rother, Kolmogorov and
-Blake 2004) finds what belongs together, by colour, by colour without texture, and by texture; what most of them find is the subject.
+Nothing was learned from photos of things: what is told apart is what photographers do. A subject differs in colour from its
+surroundings, it is not of what touches the borders, and it is near the middle. That gives two guesses; from each GrabCut (Rother,
+Kolmogorov and Blake 2004) finds what belongs together, by colour, by colour without texture, and by texture; what most of them find
+is the subject.
 """
 
 from __future__ import annotations
@@ -40,13 +41,18 @@ SEGMENTS = 300
 SAME = 10.0
 """Difference of colours (CIE Lab) at which two superpixels count as of one surface, as in saliency optimization."""
 
-LEAST, MOST = 0.01, 0.9
+LEAST, MOST = 0.02, 0.9
 """Shares of a photo that a subject takes: less is a speck, more leaves nothing to step back."""
 
-AGREEMENT = 0.4
+AGREEMENT = 0.55
 """How far those that look for it must agree: the mean overlap (intersection over union) of each with what most of them find."""
 
-CLEARLY = 0.6
+EDGE = 4.0
+"""How far colours on the two sides of its edge must be apart (CIE Lab), for the half of the edge where they are the most: a gradient
+has no edge where it is cut.
+"""
+
+CLEARLY = 0.8
 """From where on, between the threshold of a guess and 1, GrabCut takes the guess for sure."""
 
 HARDLY = 0.25
@@ -59,7 +65,7 @@ _lock = threading.Lock()
 def find_subject(image: ImageLike, *, background: str = "white") -> Map | None:
     """Return a mask of a photo's subject, by OpenCV alone: no model is needed. It is what ``draw(subject="auto")`` finds.
 
-    It finds what differs in colour and texture from its surroundings, is near the middle and in focus. How well it does so is in
+    It finds what differs in colour and texture from its surroundings and is near the middle. How well it does so is in
     docs/howto/subject.md, with how to name a program that has learned what things look like.
 
     Parameters
@@ -218,7 +224,8 @@ def _found(cv2: Any, rgb: Rgb) -> Map | None:
         votes = np.mean(cuts, axis=0, dtype=np.float32)
         mask = _whole(cv2, votes >= 0.5)
         share = float(mask.mean())
-        if not LEAST <= share <= MOST or np.mean([_overlap(cut >= 0.5, mask) for cut in cuts]) < AGREEMENT:
+        agreement = np.mean([_overlap(cut >= 0.5, mask) for cut in cuts])
+        if not LEAST <= share <= MOST or agreement < AGREEMENT or _edge(cv2, rgb, mask) < EDGE:
             return None
         # The edge follows the colours; the core refines it by the whole photo.
         guide = rgb.astype(np.float32) / 255
@@ -227,6 +234,19 @@ def _found(cv2: Any, rgb: Rgb) -> Map | None:
 
 def _overlap(one: npt.NDArray[np.bool_], other: npt.NDArray[np.bool_]) -> float:
     return float(np.count_nonzero(one & other) / max(1, np.count_nonzero(one | other)))
+
+
+def _edge(cv2: Any, rgb: Rgb, mask: npt.NDArray[np.bool_]) -> float:
+    """Return how far the colours around its edge are apart on the two sides, as the median along it."""
+    lab = cv2.cvtColor(rgb.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
+    inside = mask.astype(np.float32)
+    means, weights = [], []
+    for side in (inside, 1 - inside):
+        weight = cv2.GaussianBlur(side, (0, 0), 4)
+        means.append(cv2.GaussianBlur(lab * side[:, :, np.newaxis], (0, 0), 4) / np.maximum(weight, 1e-3)[:, :, np.newaxis])
+        weights.append(weight)
+    near = np.minimum(*weights) > 0.35
+    return float(np.median(np.linalg.norm(means[0] - means[1], axis=2)[near])) if near.any() else 0.0
 
 
 def _stretched(map_: npt.NDArray[Any]) -> Map:
@@ -243,10 +263,7 @@ def _guesses(cv2: Any, rgb: Rgb) -> list[Map] | None:
     stands_out, of_border = _against_the_border(cv2, lab)
     y, x = np.mgrid[0:height, 0:width]
     middle = np.exp(-(((x + 0.5) / width - 0.5) ** 2) / (2 * 0.3**2) - ((y + 0.5) / height - 0.53) ** 2 / (2 * 0.35**2))
-    light = lab[:, :, 0]
-    fine = np.abs(light - cv2.GaussianBlur(light, (0, 0), 1.5))
-    in_focus = _stretched(cv2.GaussianBlur(np.minimum(fine, np.percentile(fine, 98)), (0, 0), 8))
-    return [_stretched(guess) for guess in (stands_out + middle, (1.2 - of_border) * middle, (stands_out + in_focus) * middle)]
+    return [_stretched(guess) for guess in (stands_out + middle, (1.2 - of_border) * middle)]
 
 
 def _against_the_border(cv2: Any, lab: Map) -> tuple[Map, Map]:

@@ -1,4 +1,4 @@
-//! OpenCV finds the subject of a photo: `python/graphstipple/_subject.py`.
+//! OpenCV finds the subject of a photo: `python/graphstipple.subject.py`.
 
 use graphstipple_cli::files::Handed;
 use graphstipple_core::stages::Reading as CoreReading;
@@ -26,7 +26,7 @@ pub(crate) fn by_opencv(handed: Handed, photo: &CorePhoto, reading: &CoreReading
 fn asked(py: Python<'_>, handed: Handed, photo: &CorePhoto, reading: &CoreReading) -> PyResult<Found> {
     let photo = Bound::new(py, Photo { photo: photo.clone() })?;
     let reading = Bound::new(py, Reading { reading: reading.clone() })?;
-    let found = py.import("graphstipple._subject")?.getattr("of_file")?.call1((file_of(py, handed)?, photo, reading))?;
+    let found = py.import("graphstipple.subject")?.getattr("of_file")?.call1((file_of(py, handed)?, photo, reading))?;
     let (mask, warning): (Option<PyRef<'_, Photo>>, Option<String>) = found.extract()?;
     Ok((mask.map(|mask| mask.photo.clone()), warning))
 }

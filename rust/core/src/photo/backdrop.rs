@@ -68,7 +68,7 @@ pub(crate) fn backed<'a>(tone: Cow<'a, Field>, mask: &Field, backdrop: Backdrop)
     };
     let blend = |i: usize, tone: f32| {
         let mask = mask.values()[i];
-        (rest.at(i) + mask * (tone - rest.at(i))).clamp(0.0, 1.0)
+        (mask * tone + (1.0 - mask) * rest.at(i)).clamp(0.0, 1.0)
     };
     let values = tone.values().par_iter().enumerate().map(|(i, tone)| blend(i, *tone)).collect();
     Cow::Owned(Field::of_valid(width, height, values))

@@ -32,7 +32,7 @@ const OF_MASK: f64 = 1.5;
 const NOISE: f64 = 1e-3;
 
 /// What is left of the mask below and taken for all of it above its counterpart: far from the edge there is nothing in between.
-const FAINT: f32 = 0.1;
+const FAINT: f32 = 0.2;
 
 impl Subject {
     /// The subject that a mask shows; `None` where it shows none, being below a half everywhere.
@@ -152,7 +152,7 @@ mod tests {
         let of = |value: f32| Subject::of(&Photo::new(Field::constant(3, 2, value).unwrap()), &luma).unwrap();
         assert!(of(0.0).is_none() && of(0.49).is_none());
         assert_eq!(of(1.0).unwrap().mask, Field::constant(60, 40, 1.0).unwrap());
-        let half = Photo::new(Field::new(2, 1, vec![0.0, 1.0]).unwrap());
+        let half = Photo::new(Field::new(12, 2, (0..24).map(|i| f32::from(u8::from(i % 12 >= 6))).collect()).unwrap());
         let mask = Subject::of(&half, &luma).unwrap().unwrap().mask;
         assert!(mask.at(2, 20) < 0.3 && mask.at(57, 20) > 0.7);
     }
