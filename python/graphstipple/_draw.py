@@ -294,9 +294,7 @@ class Session:
         return _unpacked, (packed, heard, given, self._limits)
 
     @classmethod
-    def _of(
-        cls, state: _State, given: tuple[ImageLike, ImportanceLike, SubjectLike] | None, limits: tuple[int, bool]
-    ) -> Session:
+    def _of(cls, state: _State, given: tuple[ImageLike, ImportanceLike, SubjectLike] | None, limits: tuple[int, bool]) -> Session:
         """Return a session with what it has read; `given` is what can be read again, if it may have to be."""
         session = object.__new__(cls)
         session._state, session._limits, session._may_change = state, limits, given is not None

@@ -197,12 +197,12 @@ def _opencv() -> Any:
 def _alone(cv2: Any) -> Iterator[None]:
     """Have OpenCV's random numbers begin anew, on one thread."""
     with _lock:
-        threads = cv2.getNumThreads()
+        before = cv2.getNumThreads()
         cv2.setNumThreads(1)
         try:
             yield
         finally:
-            cv2.setNumThreads(threads)
+            cv2.setNumThreads(before)
 
 
 def _found(cv2: Any, rgb: Rgb) -> Map | None:
@@ -301,13 +301,13 @@ def _against_the_border(cv2: Any, lab: Map) -> tuple[Map, Map]:
     surface = np.exp(-(way**2) / (2 * SAME**2))
     length = surface[:, on_border].sum(axis=1)
     of_border = 1 - np.exp(-(length**2) / (2 * surface.sum(axis=1)))
-    contrast = (differs * np.exp(-(apart**2) / (2 * 0.4**2)) * of_border[None]).sum(axis=1)
-    contrast /= max(float(contrast.max()), 1e-9)
+    apart_from_rest = (differs * np.exp(-(apart**2) / (2 * 0.4**2)) * of_border[None]).sum(axis=1)
+    apart_from_rest /= max(float(apart_from_rest.max()), 1e-9)
 
     # Those that touch and look alike get alike values.
     like = np.where(touching, np.exp(-(differs**2) / (2 * SAME**2)) + 0.1, 0.0)
-    system = np.diag(like.sum(axis=1) + 5 * of_border + contrast + 1e-9) - like
-    return _stretched(np.linalg.solve(system, contrast)[ids]), of_border[ids].astype(np.float32)
+    system = np.diag(like.sum(axis=1) + 5 * of_border + apart_from_rest + 1e-9) - like
+    return _stretched(np.linalg.solve(system, apart_from_rest)[ids]), of_border[ids].astype(np.float32)
 
 
 def _superpixels(cv2: Any, lab: Map) -> tuple[npt.NDArray[np.int32], int]:

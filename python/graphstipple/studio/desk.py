@@ -594,9 +594,12 @@ def _declared() -> dict[str, Any]:
         }
         for it in SETTINGS.values()
     ]
+    schema = _core.options_schema()
+    # A page has no subject that anything could step back from.
+    del schema["properties"]["backdrop"]
     return {
         "version": _core.__version__,
-        "schema": _core.options_schema(),
+        "schema": schema,
         "settings": settings,
         "formats": [{"suffix": suffix, "name": name, "description": holds} for suffix, name, holds, _ in _core.formats()],
         # A path is what a page may not name.

@@ -342,6 +342,7 @@ fn subject(with_all: bool) -> Arg {
         .value_hint(ValueHint::FilePath)
         .help(format!("What the rest steps back from: auto, or the path of a mask{more}"))
         .help_heading(Group::Tones.title())
+        .hide(!with_all)
 }
 
 /// The parameters of the published method, any number of them.

@@ -105,7 +105,7 @@ declare! {
         invert: bool = false, Switch, "", Tones, Everyday, [Tone];
         /// What becomes of all but the subject. Where a subject is given: keep leaves it as it is; soften has half the contrast and fewer
         /// nodes; fade has dots around the subject that grow smaller to nothing; paper is white, ink black.
-        backdrop: Backdrop = Backdrop::Fade, Words(Backdrop::WORDS), "", Tones, Everyday, [Tone, Importance];
+        backdrop: Backdrop = Backdrop::Fade, Words(Backdrop::WORDS), "", Tones, Further, [Tone, Importance];
         /// What shows through transparent parts. Those of the photo, and of a map of one's own.
         background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
 

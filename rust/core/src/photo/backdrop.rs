@@ -38,7 +38,7 @@ const fn share(backdrop: Backdrop) -> f32 {
 
 /// Distances from the subject, in spacings of nodes, up to which the importance is whole, and over which it falls: the edge needs nodes
 /// on both sides.
-const RIM: [f64; 2] = [3.0, 6.0];
+const RIM: [f64; 2] = [2.0, 4.0];
 
 /// The tone with the rest as the backdrop says. `mask` is 1 where the subject is, on the tone's raster.
 pub(crate) fn backed<'a>(tone: Cow<'a, Field>, mask: &Field, backdrop: Backdrop) -> Cow<'a, Field> {
@@ -55,8 +55,7 @@ pub(crate) fn backed<'a>(tone: Cow<'a, Field>, mask: &Field, backdrop: Backdrop)
             Rest::Each(soft)
         }
         Backdrop::Fade => {
-            let area: f64 = mask.mean() * (width * height) as f64;
-            let reach = (REACH * area.sqrt()).max(1.0);
+            let reach = reach(mask);
             let mut faded = without(&tone, mask, FADE_BLUR * reach);
             let far = distances(mask);
             faded.par_iter_mut().zip(&far).for_each(|(value, far)| {
@@ -89,19 +88,32 @@ impl Rest {
     }
 }
 
+/// How far a faded rest reaches, in pixels.
+fn reach(mask: &Field) -> f64 {
+    let area = mask.mean() * mask.values().len() as f64;
+    (REACH * area.sqrt()).max(1.0)
+}
+
 /// The importance with less of it away from the subject; `spacing` is the distance of kept nodes in pixels.
+///
+/// Where the rest fades it is even: so nodes are as far apart as at the subject, and it is the dots that grow smaller.
 pub(crate) fn attended(importance: Field, mask: &Field, spacing: f64, backdrop: Backdrop) -> Field {
     let share = share(backdrop);
-    if share == 1.0 {
+    if backdrop == Backdrop::Keep {
         return importance;
     }
     let (width, height) = (importance.width(), importance.height());
     let far = distances(mask);
+    let faded = (backdrop == Backdrop::Fade).then(|| (share * mean_within(&importance, mask), reach(mask) as f32));
     let mut values = importance.into_values();
     let [whole, falling] = RIM.map(|spacings| (spacings * spacing) as f32);
     values.par_iter_mut().zip(&far).for_each(|(value, far)| {
         let near = 1.0 - ((far - whole) / falling).clamp(0.0, 1.0);
-        *value *= share + (1.0 - share) * near;
+        let there = match faded {
+            Some((even, reach)) if *far < reach => even,
+            _ => share * *value,
+        };
+        *value = near * *value + (1.0 - near) * there;
     });
     Field::of_valid(width, height, values)
 }
@@ -122,13 +134,23 @@ fn without(tone: &Field, mask: &Field, sigma: f64) -> Vec<f32> {
 
 /// The mean tone of the rest.
 fn mean_without(tone: &Field, mask: &Field) -> f32 {
-    let (mut sum, mut weight) = (0.0, 0.0);
-    for (tone, mask) in tone.values().iter().zip(mask.values()) {
-        let outside = 1.0 - f64::from(*mask);
-        sum += outside * f64::from(*tone);
-        weight += outside;
+    mean_of(tone, mask, |mask| 1.0 - mask)
+}
+
+/// The mean of what lies within the subject.
+fn mean_within(field: &Field, mask: &Field) -> f32 {
+    mean_of(field, mask, |mask| mask)
+}
+
+/// A mean weighted by what is made of the mask; 1 where nothing has any weight.
+fn mean_of(field: &Field, mask: &Field, weight_of: impl Fn(f64) -> f64) -> f32 {
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (value, mask) in field.values().iter().zip(mask.values()) {
+        let weight = weight_of(f64::from(*mask));
+        sum += weight * f64::from(*value);
+        all += weight;
     }
-    if weight > 0.0 { (sum / weight) as f32 } else { 1.0 }
+    if all > 0.0 { ((sum / all) as f32).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 /// The distance of every pixel from the subject, in pixels: 0 within.
@@ -249,5 +271,9 @@ mod tests {
         assert_eq!([made.at(60, 60), made.at(84, 60)], [0.8; 2]);
         assert!((made.at(110, 60) - 0.08).abs() < 1e-6 && made.at(92, 60) < 0.8 && made.at(92, 60) > 0.08);
         assert_eq!(attended(one(), &mask, 2.0, Backdrop::Keep), one());
+        // Where it fades, even, and beyond that less of what there is.
+        let uneven = field(120, 120, |x, _| if x < 84 { 0.8 } else { 0.4 });
+        let faded = attended(uneven, &mask, 0.5, Backdrop::Fade);
+        assert!([84, 88, 92].iter().all(|x| (faded.at(*x, 60) - 0.24).abs() < 1e-6) && (faded.at(110, 60) - 0.12).abs() < 1e-6);
     }
 }

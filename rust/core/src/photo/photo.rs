@@ -74,7 +74,8 @@ impl Photo {
     /// # Errors
     /// As [`Field::resample`].
     pub fn with_subject(self, mask: &Self) -> Result<Self> {
-        let subject = Subject::of(mask, &self.luma)?.map(Arc::new);
+        let read = [mask.width, mask.height, mask.factor];
+        let subject = Subject::of(&mask.luma, read, &self.luma)?.map(Arc::new);
         Ok(Self { subject, ..self })
     }
 

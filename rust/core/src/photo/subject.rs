@@ -10,7 +10,6 @@ use rayon::prelude::*;
 
 use crate::base::Result;
 use crate::photo::field::{BLURRED_ROWS, Field};
-use crate::photo::photo::Photo;
 
 /// Where the subject of a photo is.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,14 +34,12 @@ const NOISE: f64 = 1e-3;
 const FAINT: f32 = 0.2;
 
 impl Subject {
-    /// The subject that a mask shows; `None` where it shows none, being below a half everywhere.
+    /// The subject that a mask shows, read as `read` says; `None` where it shows none, being below a half everywhere.
     ///
     /// # Errors
     /// As [`Field::resample`].
-    pub(super) fn of(mask: &Photo, luma: &Field) -> Result<Option<Self>> {
-        let read = [mask.width(), mask.height(), mask.factor()];
+    pub(super) fn of(raw: &Field, read: [usize; 3], luma: &Field) -> Result<Option<Self>> {
         let (width, height) = (luma.width(), luma.height());
-        let raw = mask.luma();
         if raw.range()[1] < 0.5 {
             return Ok(None);
         }
@@ -136,12 +133,12 @@ mod tests {
         let from_middle = |i: usize| ((i % 200) as f64 - 99.5).hypot((i / 200) as f64 - 99.5);
         let of = |value: &dyn Fn(usize) -> f32| Field::new(200, 200, (0..40_000).map(value).collect()).unwrap();
         let luma = of(&|i| if from_middle(i) < 60.0 { 0.1 } else { 0.9 });
-        let mask = Photo::new(of(&|i| f32::from(u8::from(from_middle(i) < 61.0))));
-        let subject = Subject::of(&mask, &luma).unwrap().unwrap();
+        let mask = of(&|i| f32::from(u8::from(from_middle(i) < 61.0)));
+        let subject = Subject::of(&mask, [200, 200, 1], &luma).unwrap().unwrap();
         assert_eq!(subject.read, [200, 200, 1]);
         let off =
             |mask: &Field| (0..40_000).map(|i| f64::from((mask.values()[i] - (1.0 - luma.values()[i] - 0.1) / 0.8).abs())).sum();
-        let [before, after]: [f64; 2] = [off(mask.luma()), off(&subject.mask)];
+        let [before, after]: [f64; 2] = [off(&mask), off(&subject.mask)];
         assert!(after < 0.7 * before, "{before} {after}");
         assert!(subject.mask.at(100, 100) == 1.0 && subject.mask.at(5, 5) == 0.0 && subject.mask.at(100, 30) == 0.0);
     }
@@ -149,11 +146,11 @@ mod tests {
     #[test]
     fn a_mask_is_resampled_and_one_that_shows_nothing_is_no_subject() {
         let luma = Field::constant(60, 40, 0.5).unwrap();
-        let of = |value: f32| Subject::of(&Photo::new(Field::constant(3, 2, value).unwrap()), &luma).unwrap();
+        let of = |value: f32| Subject::of(&Field::constant(3, 2, value).unwrap(), [3, 2, 1], &luma).unwrap();
         assert!(of(0.0).is_none() && of(0.49).is_none());
         assert_eq!(of(1.0).unwrap().mask, Field::constant(60, 40, 1.0).unwrap());
-        let half = Photo::new(Field::new(12, 2, (0..24).map(|i| f32::from(u8::from(i % 12 >= 6))).collect()).unwrap());
-        let mask = Subject::of(&half, &luma).unwrap().unwrap().mask;
+        let half = Field::new(12, 2, (0..24).map(|i| f32::from(u8::from(i % 12 >= 6))).collect()).unwrap();
+        let mask = Subject::of(&half, [12, 2, 1], &luma).unwrap().unwrap().mask;
         assert!(mask.at(2, 20) < 0.3 && mask.at(57, 20) > 0.7);
     }
 }

@@ -100,7 +100,7 @@ pub(crate) fn draw_with(
     let mut told = options.to_json();
     if photo.subject().is_none() {
         // Without a subject there is no rest to say anything of.
-        told.remove("backdrop");
+        told.shift_remove("backdrop");
     }
     let provenance =
         Provenance { version: VERSION.to_owned(), importance: importance.name(), options: told, rest: serde_json::Map::new() };
