@@ -216,9 +216,9 @@ def test_what_is_no_mask_is_told(picture: npt.NDArray[np.uint8], subject: object
 def test_other_mistakes_are_told(picture: npt.NDArray[np.uint8], mask: npt.NDArray[np.bool_], tmp_path: Path) -> None:
     with pytest.raises(gs.ImageFileNotFoundError, match=r"none\.png: the file does not exist"):
         gs.draw(picture, subject=tmp_path / "none.png")
-    with pytest.raises(gs.InvalidInputError, match='^backdrop is "papr", but it must be .*; did you mean "paper"'):
+    with pytest.raises(gs.InvalidInputError, match=r'^backdrop is "papr", but it must be .*; did you mean "paper"'):
         gs.draw(picture, subject=mask, backdrop="papr")
-    with pytest.raises(gs.InvalidInputError, match='^backdrop is "ink", but it must be left out without a subject'):
+    with pytest.raises(gs.InvalidInputError, match=r'^backdrop is "ink", but it must be left out without a subject'):
         gs.draw(picture, backdrop="ink")
     with pytest.raises(ZeroDivisionError):
         gs.draw(picture, subject=lambda _: 1 / 0)  # type: ignore[return-value,arg-type]

@@ -110,8 +110,8 @@ def draw(
     Warns
     -----
     GraphStippleWarning
-        If the drawing is blank, though the photo is not flat; if a file lacks its end, or parts of it are drawn as background; if no
-        subject was found, or a mask shows none: then the photo is drawn as it is.
+        If the drawing is blank, though the photo is not flat; if a file lacks its end, or parts of it are drawn as background; if
+        no subject was found, or a mask shows none: then the photo is drawn as it is.
     """
     options = _with_backdrop(known(options), subject, backdrop)
     limit = _limit(max_bytes, max_points, written)
@@ -510,26 +510,29 @@ def _with_subject(
     photo: _core.Photo, image: ImageLike, subject: SubjectLike, reading: _core.Reading
 ) -> tuple[_core.Photo, str | None]:
     """Return the photo with its subject, and what is to be said of that."""
-    named = subject if isinstance(subject, str) else ""
-    if named == AUTO or callable(subject):
+    mask: Any = subject
+    if callable(subject) or (isinstance(subject, str) and subject == AUTO):
         from graphstipple import subject as subjects  # noqa: PLC0415  # it is asked for OpenCV
 
         rgb = subjects.rgb_of(image, photo, reading)
-        mask = subjects.found(rgb) if named else subject(rgb)  # type: ignore[operator]  # no word, so it can be called
+        if callable(subject):
+            mask = subject(rgb)
+        else:
+            found = subjects.found(rgb)
+            mask = None if found is None else subjects.as_photo(found)
         if mask is None:
             # Named as the command line names it.
             name = f"{os.fsdecode(image)}: " if isinstance(image, str | os.PathLike) else ""
             return photo, name + subjects.NONE_FOUND
-        subject = subjects.as_photo(mask) if named else mask
-    elif named and is_text(named) and not any(character in named for character in "./\\"):
-        raise InvalidInputError(f'subject is "{named}", but it must be "{AUTO}" or the path of an image file')
+    elif isinstance(subject, str) and is_text(subject) and not any(character in subject for character in "./\\"):
+        raise InvalidInputError(f'subject is "{subject}", but it must be "{AUTO}" or the path of an image file')
     warning = None
-    if not isinstance(subject, _core.Photo):
-        is_file = is_pil(subject) or isinstance(subject, str | os.PathLike | bytes)
-        if not is_file and getattr(subject, "ndim", 2) != 2:
-            raise InvalidInputError(f"the subject has the shape {np.asarray(subject).shape}, but it must be (height, width)")
-        subject, warning, _ = read_photo(subject, reading, "subject")  # type: ignore[arg-type]  # what is no mask is refused
-    photo = photo.with_subject(subject)
+    if not isinstance(mask, _core.Photo):
+        is_file = is_pil(mask) or isinstance(mask, str | os.PathLike | bytes)
+        if not is_file and getattr(mask, "ndim", 2) != 2:
+            raise InvalidInputError(f"the subject has the shape {np.asarray(mask).shape}, but it must be (height, width)")
+        mask, warning, _ = read_photo(mask, reading, "subject")
+    photo = photo.with_subject(mask)
     return photo, warning if photo.subject is not None else _core.NO_SUBJECT
 
 

@@ -45,12 +45,10 @@ LEAST, MOST = 0.02, 0.9
 """Shares of a photo that a subject takes: less is a speck, more leaves nothing to step back."""
 
 AGREEMENT = 0.55
-"""How far those that look for it must agree: the mean overlap (intersection over union) of each with what most of them find."""
+"""How far those that look for it must agree: the mean overlap (intersection over union) of each with what most find."""
 
 EDGE = 4.0
-"""How far colours on the two sides of its edge must be apart (CIE Lab), for the half of the edge where they are the most: a gradient
-has no edge where it is cut.
-"""
+"""How far colours on the two sides of its edge must be apart (CIE Lab), at the median: a gradient has no edge anywhere."""
 
 CLEARLY = 0.8
 """From where on, between the threshold of a guess and 1, GrabCut takes the guess for sure."""
@@ -107,8 +105,9 @@ def as_photo(mask: Map) -> _core.Photo:
 
 
 def rgb_of(image: ImageLike, photo: _core.Photo, reading: _core.Reading) -> Rgb:
-    """Return a photo's colours (height, width, 3) on the raster of its luma, upright, laid on the background; of one that Pillow does
-    not read, its greys.
+    """Return a photo's colours (height, width, 3) on the raster of its luma, upright, laid on the background.
+
+    Of one that Pillow does not read, its greys.
     """
     luma = photo.luma
     size = (luma.shape[1], luma.shape[0])
@@ -187,8 +186,8 @@ def _opencv() -> Any:
         raise MissingPackageError(f"subject auto needs OpenCV ({error}): pip install opencv-contrib-python-headless") from error
     if not hasattr(cv2, "ximgproc"):
         raise MissingPackageError(
-            "subject auto needs the contributed modules of OpenCV, which the installed one lacks: pip uninstall the other wheels of "
-            "OpenCV, then pip install --force-reinstall opencv-contrib-python-headless"
+            "subject auto needs the contributed modules of OpenCV, which the installed one lacks: pip uninstall the other wheels "
+            "of OpenCV, then pip install --force-reinstall opencv-contrib-python-headless"
         )
     return cv2
 
@@ -222,18 +221,20 @@ def _found(cv2: Any, rgb: Rgb) -> Map | None:
         if not cuts:
             return None
         votes = np.mean(cuts, axis=0, dtype=np.float32)
-        mask = _whole(cv2, votes >= 0.5)
+        mask = _whole(cv2, np.asarray(votes >= 0.5, np.bool_))
         share = float(mask.mean())
         agreement = np.mean([_overlap(cut >= 0.5, mask) for cut in cuts])
         if not LEAST <= share <= MOST or agreement < AGREEMENT or _edge(cv2, rgb, mask) < EDGE:
             return None
         # The edge follows the colours; the core refines it by the whole photo.
         guide = rgb.astype(np.float32) / 255
-        return np.clip(cv2.ximgproc.guidedFilter(guide, mask.astype(np.float32), 3, 1e-3), 0.0, 1.0)
+        refined: Map = np.clip(cv2.ximgproc.guidedFilter(guide, mask.astype(np.float32), 3, 1e-3), 0.0, 1.0)
+        return refined
 
 
 def _overlap(one: npt.NDArray[np.bool_], other: npt.NDArray[np.bool_]) -> float:
-    return float(np.count_nonzero(one & other) / max(1, np.count_nonzero(one | other)))
+    either = int(np.count_nonzero(one | other))
+    return int(np.count_nonzero(one & other)) / max(1, either)
 
 
 def _edge(cv2: Any, rgb: Rgb, mask: npt.NDArray[np.bool_]) -> float:
@@ -269,8 +270,8 @@ def _guesses(cv2: Any, rgb: Rgb) -> list[Map] | None:
 def _against_the_border(cv2: Any, lab: Map) -> tuple[Map, Map]:
     """Return what stands out of its surroundings, and how surely parts belong to the border, both in [0, 1].
 
-    After Zhu, Liang, Wei and Sun, "Saliency Optimization from Robust Background Detection" (2014): a superpixel belongs to the rest if
-    what is of its surface touches the borders more than an object would.
+    After Zhu, Liang, Wei and Sun, "Saliency Optimization from Robust Background Detection" (2014): a superpixel belongs to the rest
+    if what is of its surface touches the borders more than an object would.
     """
     height, width = lab.shape[:2]
     smooth = cv2.GaussianBlur(lab, (0, 0), 1.5)
@@ -316,8 +317,8 @@ def _superpixels(cv2: Any, lab: Map) -> tuple[npt.NDArray[np.int32], int]:
     slic = cv2.ximgproc.createSuperpixelSLIC(in_bytes, cv2.ximgproc.SLIC, side, 12.0)
     slic.iterate(10)
     slic.enforceLabelConnectivity(25)
-    _, ids = np.unique(slic.getLabels(), return_inverse=True)
-    ids = ids.reshape(lab.shape[:2]).astype(np.int32)
+    _, numbered = np.unique(slic.getLabels(), return_inverse=True)
+    ids = np.asarray(numbered, np.int32).reshape(lab.shape[:2])
     return ids, int(ids.max()) + 1
 
 
@@ -342,7 +343,8 @@ def _cut(cv2: Any, look: Rgb, guess: Map) -> Map | None:
         cv2.grabCut(look, mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 5, cv2.GC_INIT_WITH_MASK)
     except cv2.error:
         return None
-    return ((mask == cv2.GC_FGD) | (mask == cv2.GC_PR_FGD)).astype(np.float32)
+    found: Map = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.float32)
+    return found
 
 
 def _whole(cv2: Any, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -353,4 +355,5 @@ def _whole(cv2: Any, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     whole = (areas >= 0.05 * areas.max())[ids] & mask if count > 1 else mask
     count, ids, stats, _ = cv2.connectedComponentsWithStats((~whole).astype(np.uint8))
     areas = stats[:, cv2.CC_STAT_AREA]
-    return whole | ((areas < 0.002 * mask.size)[ids] & ~whole)
+    filled: npt.NDArray[np.bool_] = whole | ((areas < 0.002 * mask.size)[ids] & ~whole)
+    return filled
