@@ -28,7 +28,7 @@ const RADIUS: f64 = 0.008;
 const OF_MASK: f64 = 1.5;
 
 /// Variance of the luma below which there is no edge to go by: noise, and the blocks of a JPEG.
-const NOISE: f64 = 1e-3;
+const NOISE: f32 = 1e-3;
 
 /// What is left of the mask below and taken for all of it above its counterpart: far from the edge there is nothing in between.
 const FAINT: f32 = 0.2;
@@ -54,42 +54,47 @@ impl Subject {
     }
 }
 
-/// The mask, filtered by the luma within a radius; not clipped.
+/// The mask, filtered by the luma within a radius; not clipped. It takes 24 bytes a pixel at the peak.
 fn guided(mask: &[f32], luma: &Field, radius: usize) -> Vec<f32> {
     let (width, guide) = (luma.width(), luma.values());
-    let mean = |values: &[f64]| boxed(values, width, radius);
-    let of = |value: &(dyn Fn(usize) -> f64 + Sync)| (0..guide.len()).into_par_iter().map(value).collect::<Vec<f64>>();
-    let mean_guide = mean(&of(&|i| f64::from(guide[i])));
-    let mean_mask = mean(&of(&|i| f64::from(mask[i])));
-    let mean_both = mean(&of(&|i| f64::from(guide[i]) * f64::from(mask[i])));
-    let mean_square = mean(&of(&|i| f64::from(guide[i]) * f64::from(guide[i])));
-    let slope = of(&|i| {
-        let variance = (mean_square[i] - mean_guide[i] * mean_guide[i]).max(0.0);
-        (mean_both[i] - mean_guide[i] * mean_mask[i]) / (variance + NOISE)
-    });
-    let offset = of(&|i| mean_mask[i] - slope[i] * mean_guide[i]);
-    let (slope, offset) = (mean(&slope), mean(&offset));
-    (0..guide.len()).into_par_iter().map(|i| (slope[i] * f64::from(guide[i]) + offset[i]) as f32).collect()
+    let mean = |values: &[f32]| boxed(values, width, radius);
+    let of = |value: &(dyn Fn(usize) -> f32 + Sync)| (0..guide.len()).into_par_iter().map(value).collect::<Vec<f32>>();
+    let (mean_guide, mean_mask) = (mean(guide), mean(mask));
+    let slope = {
+        let mean_both = mean(&of(&|i| guide[i] * mask[i]));
+        let mean_square = mean(&of(&|i| guide[i] * guide[i]));
+        of(&|i| {
+            let variance = (mean_square[i] - mean_guide[i] * mean_guide[i]).max(0.0);
+            (mean_both[i] - mean_guide[i] * mean_mask[i]) / (variance + NOISE)
+        })
+    };
+    let offset = mean(&of(&|i| mean_mask[i] - slope[i] * mean_guide[i]));
+    drop((mean_guide, mean_mask));
+    let slope = mean(&slope);
+    of(&|i| slope[i] * guide[i] + offset[i])
 }
 
 /// The means of squares around every pixel, which reach so many pixels to every side and end at the borders. In bands of rows, each
 /// summed anew, so that the result does not depend on the number of threads.
-fn boxed(values: &[f64], width: usize, radius: usize) -> Vec<f64> {
+fn boxed(values: &[f32], width: usize, radius: usize) -> Vec<f32> {
     let height = values.len() / width;
-    let mut along = vec![0.0; values.len()];
+    let mut along = vec![0.0f32; values.len()];
     along.par_chunks_exact_mut(width).zip(values.par_chunks_exact(width)).for_each(|(target, row)| {
-        let mut sum: f64 = row[..radius.min(width)].iter().sum();
+        let mut sum: f64 = row[..radius.min(width)].iter().map(|value| f64::from(*value)).sum();
         for (x, mean) in target.iter_mut().enumerate() {
-            sum += row.get(x + radius).copied().unwrap_or(0.0) - if x > radius { row[x - radius - 1] } else { 0.0 };
-            *mean = sum / ((x + radius + 1).min(width) - x.saturating_sub(radius)) as f64;
+            sum += f64::from(row.get(x + radius).copied().unwrap_or(0.0));
+            sum -= if x > radius { f64::from(row[x - radius - 1]) } else { 0.0 };
+            *mean = (sum / ((x + radius + 1).min(width) - x.saturating_sub(radius)) as f64) as f32;
         }
     });
-    let mut means = vec![0.0; values.len()];
+    let mut means = vec![0.0f32; values.len()];
     means.par_chunks_mut(BLURRED_ROWS * width).enumerate().for_each(|(band, target)| {
         let row = |y: usize| &along[y * width..][..width];
         let first = band * BLURRED_ROWS;
-        let mut sums = vec![0.0; width];
-        let add = |sums: &mut Vec<f64>, y: usize, sign: f64| sums.iter_mut().zip(row(y)).for_each(|(sum, v)| *sum += sign * v);
+        let mut sums = vec![0.0f64; width];
+        let add = |sums: &mut [f64], y: usize, sign: f64| {
+            sums.iter_mut().zip(row(y)).for_each(|(sum, value)| *sum += sign * f64::from(*value));
+        };
         (first.saturating_sub(radius)..(first + radius).min(height)).for_each(|y| add(&mut sums, y, 1.0));
         for (y, target) in (first..).zip(target.chunks_exact_mut(width)) {
             if y + radius < height {
@@ -99,7 +104,7 @@ fn boxed(values: &[f64], width: usize, radius: usize) -> Vec<f64> {
                 add(&mut sums, y - radius - 1, -1.0);
             }
             let count = ((y + radius + 1).min(height) - y.saturating_sub(radius)) as f64;
-            target.iter_mut().zip(&sums).for_each(|(mean, sum)| *mean = sum / count);
+            target.iter_mut().zip(&sums).for_each(|(mean, sum)| *mean = (sum / count) as f32);
         }
     });
     means
@@ -114,15 +119,15 @@ mod tests {
     proptest! {
         #[test]
         fn means_are_those_of_squares(width in 1usize..30, height in 1usize..150, radius in 1usize..9) {
-            let values: Vec<f64> = (0..width * height).map(|i| (i * 37 % 101) as f64).collect();
+            let values: Vec<f32> = (0..width * height).map(|i| (i * 37 % 101) as f32).collect();
             let means = boxed(&values, width, radius);
             for (i, mean) in means.iter().enumerate() {
                 let (x, y) = (i % width, i / width);
                 let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
                 let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
                 let count = (rows.len() * columns.len()) as f64;
-                let sum: f64 = rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| values[y * width + x]).sum();
-                prop_assert!((mean - sum / count).abs() < 1e-9);
+                let sum: f64 = rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| f64::from(values[y * width + x])).sum();
+                prop_assert!((f64::from(*mean) - sum / count).abs() < 1e-4);
             }
         }
     }
