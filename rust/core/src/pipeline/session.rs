@@ -143,8 +143,10 @@ mod tests {
             let mut options = busy();
             change(&mut options);
             let made = redrawn(&mut session, &options);
-            // All but these show: an option that reached its stage too late, or not at all, would not.
-            let shows = options.threads.is_none() && options.background == busy().background;
+            // All but these show (no dots are fused after the refinement): an option that reached its stage too late, or not at
+            // all, would not.
+            let Options { background, split, .. } = busy();
+            let shows = options.threads.is_none() && (options.background == background) && options.split == split;
             let differs = made.drawing.curves != first.drawing.curves || made.drawing.stipples != first.drawing.stipples;
             assert_eq!(differs, shows, "{options:?}");
             assert_equal(made, fresh(&session, &options).unwrap());
