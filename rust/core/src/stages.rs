@@ -4,13 +4,13 @@
 //! [`draw`](crate::draw) and what reads and writes files make their own where there is none.
 
 // What all stages share: the geometry of the canvas, inks and colours.
-pub use crate::base::{Color, Ink, Side, nearest, signed_area};
+pub use crate::base::{Color, Ink, MOST_INKS, MOST_OVERPRINTED, NamedInk, Palette, Side, nearest, signed_area};
 // Threads that the stages work on.
 pub use crate::base::Pool;
 // What options hold.
 pub use crate::base::Checked;
 pub use crate::options::{
-    Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
+    Absent, Alpha, Audience, Backdrop, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
     DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
     Stage, Value, preset, schema, seconds, whole,
 };

@@ -22,9 +22,9 @@ use crate::importance::Importance;
 use crate::labels::{
     Labels, Refinement, STRUCTURED, Stippled, clean, drawn_tones, grounds, refine, split, stipple, structured_mean,
 };
-use crate::options::{Crossings, ErrorWeighting, Options, Stage};
+use crate::options::{Backdrop, Crossings, ErrorWeighting, Options, Stage};
 use crate::outlines::{Bands, Nodes, Shaping, outline};
-use crate::photo::{Field, Photo, adjusted, emphasize, emphasize_and_off, off_blurred};
+use crate::photo::{Field, Photo, adjusted, attended, backed, emphasize, emphasize_and_off, off_blurred};
 use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
 use crate::pipeline::needs::Needs;
 use crate::sites::{FirstGraph, keep, kept_sites, lattice_values, relax};
@@ -97,14 +97,20 @@ pub(crate) fn draw_with(
     control: &Control,
     memory: &mut Memory,
 ) -> Result<Outcome> {
-    let provenance = Provenance {
-        version: VERSION.to_owned(),
-        importance: importance.name(),
-        options: options.to_json(),
-        rest: serde_json::Map::new(),
-    };
+    let mut told = options.to_json();
+    if photo.subject().is_none() {
+        // Without a subject there is no rest to say anything of.
+        told.shift_remove("backdrop");
+    }
+    let provenance =
+        Provenance { version: VERSION.to_owned(), importance: importance.name(), options: told, rest: serde_json::Map::new() };
     let pixels = (photo.width() * photo.height()) as f64;
-    let needs = Needs::of(&options.on_raster(pixels, photo.factor()), &importance);
+    let mut seen = options.on_raster(pixels, photo.factor());
+    if photo.subject().is_none() {
+        // There is nothing to step back, so no stage runs again for another backdrop.
+        seen.to_mut().backdrop = Backdrop::default();
+    }
+    let needs = Needs::of(&seen, &importance);
     let budget = options.budget(pixels);
     let stats = Stats {
         width: photo.width(),
@@ -180,12 +186,13 @@ fn run(
     memory: &mut Memory,
 ) -> Result<Outcome> {
     let (canvas, factor) = ((photo.width(), photo.height()), photo.factor());
-    let luma = photo.into_shared_luma();
+    let luma = photo.shared_luma();
     let (width, height) = (luma.width(), luma.height());
     let (pixels, control) = ((width * height) as f64, stages.control);
 
     let tone = stages.run_unless_kept(Step::Lattice, &mut memory.tone, needs.at(Stage::Tone), |needs| {
         let tone = adjusted(&luma, needs)?;
+        let tone = if let Some(mask) = photo.subject() { backed(tone, mask, needs.backdrop) } else { tone };
         let (mean, range) = (tone.mean(), tone.range());
         let adjusted = match tone {
             Cow::Owned(field) => Some(field),
@@ -211,10 +218,11 @@ fn run(
     let field = stages.run_unless_kept(Step::Lattice, &mut memory.importance, needs.at(Stage::Importance), |needs| {
         let spacing = needs.budget(pixels).spacing;
         let off = off.take().or_else(|| wants_off.then(|| off_blurred(plain, spacing)));
-        importance.mixed_with(off, &emphasized, spacing, needs)
+        let mixed = importance.mixed_with(off, &emphasized, spacing, needs)?;
+        Ok(if let Some(mask) = photo.subject() { attended(mixed, mask, spacing, needs.backdrop) } else { mixed })
     })?;
     // Smooth parts are stippled by the tone as it is.
-    drop(importance);
+    drop((importance, photo));
     let plain = Plain { tone, luma };
     let first = first_graph_of(&field, needs.at(Stage::FirstGraph), &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
