@@ -29,13 +29,13 @@ struct Way {
 
 impl Way {
     const fn flat(name: &'static str, suffix: &'static str) -> Self {
-        Self { name, suffix, style: Style::Flat, inks: Inks::Black, one_bit: false }
+        Self { name, suffix, style: Style::Flat, only: Only::default(), one_bit: false }
     }
 }
 
 const WAYS: [Way; 9] = [
     Way::flat("SVG, flat", "svg"),
-    Way { inks: Inks::Both, ..Way::flat("SVG, both inks", "svg") },
+    Way { only: Only::named(&["black", "white"]), ..Way::flat("SVG, both inks", "svg") },
     Way { style: Style::Layered, ..Way::flat("SVG, layered", "svg") },
     Way::flat("PDF, flat", "pdf"),
     Way::flat("EPS, flat", "eps"),

@@ -242,7 +242,9 @@ mod tests {
             for ink in 0..=inks {
                 let plate = drawing.plate(ink).unwrap();
                 assert_eq!(plate.palette.len(), 2);
-                let has = |label: &Ink| if ink == inks { *label == drawing.palette.paper_label() } else { drawing.palette.has(*label, ink) };
+                let has = |label: &Ink| {
+                    if ink == inks { *label == drawing.palette.paper_label() } else { drawing.palette.has(*label, ink) }
+                };
                 let expected: f64 = drawing.palette.labels().filter(has).map(|label| areas[label.index()]).sum();
                 let found = self::areas(&plate);
                 assert!((found[0] - expected).abs() < 1e-6, "plate {ink} of {inks}: {} of {expected}", found[0]);
