@@ -103,7 +103,7 @@ def draw(
     seconds: dict[str, float] = {}
     report = progress or _silent
     reading = reading_of(options._checked, max_pixels, allow_damaged)
-    photo, heard = _read_photo(image, reading, seconds, report)
+    photo, heard = _read_photo(image, reading, seconds, report, colour=options._checked.wants_colour())
     source, heard = _read_importance(importance, photo, reading, seconds, heard)
     result = _core.draw(photo, source, reading, options._checked, progress)
     report("outlines", 1.0)
@@ -123,12 +123,15 @@ class Session:
     another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a
     map has more than a megapixel, one whose number of nodes asks for another reduction.
 
+    The colour of the photo is kept for options that want it, even if none does yet: 12 bytes a pixel of the photo as reduced, none
+    if it is grey.
+
     A drawing shares its graph and its importance with the session; docs/performance.md says how much memory that is. Threads may
     use one session: they draw one after the other.
 
-    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced, and its
-    importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an array with
-    transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
+    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced (16 with
+    colours), and its importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an
+    array with transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
 
     Parameters
     ----------
@@ -327,7 +330,8 @@ class Session:
 
     def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         reading = reading_of(options, *self._limits)
-        photo, heard = _read_photo(self._image, reading, seconds, report)
+        # Later options may want the colour.
+        photo, heard = _read_photo(self._image, reading, seconds, report, colour=True)
         return _state(photo, heard, self._importance, reading, seconds)
 
 
@@ -437,12 +441,12 @@ def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float], h
 
 
 def _read_photo(
-    image: ImageLike, reading: _core.Reading, seconds: dict[str, float], report: Progress
+    image: ImageLike, reading: _core.Reading, seconds: dict[str, float], report: Progress, *, colour: bool
 ) -> tuple[_core.Photo, _Heard]:
     """Return the image for the core, and what was heard of its file."""
     report("decoding", 0.0)
     start = time.perf_counter()
-    photo, warning, decoder = read_photo(image, reading)
+    photo, warning, decoder = read_photo(image, reading, colour=colour)
     seconds["decoding"] = time.perf_counter() - start
     return photo, _Heard([warning] if warning else [], [], decoder)
 

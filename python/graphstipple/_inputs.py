@@ -1,7 +1,8 @@
-"""Images and maps as users have them, to luma.
+"""Images and maps as users have them, to luma and colour.
 
 Files are decoded by Rust, so that Python and the command line see the same values; those that Rust does not support, by Pillow. PIL
-images and arrays are brought to samples (height, width, channels) here, where the copies are visible; Rust makes luma of them.
+images and arrays are brought to samples (height, width, channels) here, where the copies are visible; Rust makes luma and colour of
+them.
 """
 
 from __future__ import annotations
@@ -74,12 +75,27 @@ def reading_of(options: _core.Options, max_pixels: object, allow_damaged: bool) 
     return _core.Reading(options.background, options, int(max_pixels), bool(allow_damaged))
 
 
-def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") -> tuple[_core.Photo, str | None, str | None]:
-    """Return an image as `read_luma` does, for the core, what is to be said of it, and what has decoded its file."""
+def read_colour(image: ImageLike, background: tuple[int, int, int], name: str = "image") -> npt.NDArray[np.float32]:
+    """Return the colour of an image, (height, width, 3) of sRGB in [0, 1], by the rules and with the errors of `read_luma`."""
+    photo, warning, _ = read_photo(image, _core.Reading(background, None, MAX_PIXELS, False), name, colour=True)
+    if warning:
+        warnings.warn(warning, GraphStippleWarning, stacklevel=3)
+    kept = photo.colour
+    assert kept is not None  # it was asked for
+    return kept
+
+
+def read_photo(
+    image: ImageLike, reading: _core.Reading, name: str = "image", *, colour: bool = False
+) -> tuple[_core.Photo, str | None, str | None]:
+    """Return an image as `read_luma` does, for the core, what is to be said of it, and what has decoded its file.
+
+    The photo keeps its colour if that is asked for.
+    """
     if isinstance(image, (str, os.PathLike)):
-        return _core.read_photo(path_to_read(image), reading)
+        return _core.read_photo(path_to_read(image), reading, colour=colour)
     if isinstance(image, bytes):
-        return _core.read_photo(name, reading, image)
+        return _core.read_photo(name, reading, image, colour=colour)
     if is_pil(image):
         from graphstipple._pillow import samples_of  # noqa: PLC0415  # whoever has a PIL image has imported Pillow
 
@@ -88,9 +104,9 @@ def read_photo(image: ImageLike, reading: _core.Reading, name: str = "image") ->
             reading.check(*image.size)
         except ImageFileError as error:
             raise InvalidInputError(str(error)) from None
-        return _core.photo(*samples_of(image), reading), None, None
+        return _core.photo(*samples_of(image), reading, colour=colour), None, None
     if hasattr(image, "__array__"):
-        return _core.photo(_from_array(unmasked(image, name), name), NOTHING, reading), None, None
+        return _core.photo(_from_array(unmasked(image, name), name), NOTHING, reading, colour=colour), None, None
     raise InvalidInputError(
         f"the {name} is of type {type(image).__name__}, but it must be a path, a file's bytes, a PIL image or a NumPy array"
     )

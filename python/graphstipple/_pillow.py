@@ -50,8 +50,10 @@ Said: TypeAlias = "tuple[bool, bytes | None, float | None, Sequence[Sequence[flo
 NOTHING: Said = (False, None, None, None, False)
 
 
-def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] | None:
+def read(file: str | bytes, reading: _core.Reading, colour: bool = False) -> tuple[_core.Photo, str] | None:
     """Return the image of a file, given by its path or all its bytes, and what has read it; None if Pillow does not know it.
+
+    The photo keeps its colour if that is asked for.
 
     Raises
     ------
@@ -74,7 +76,7 @@ def read(file: str | bytes, reading: _core.Reading) -> tuple[_core.Photo, str] |
                 _seek_the_picture(image)
                 reading.check(*image.size)
                 image.load()
-                return _core.photo(*samples_of(image), reading), f"Pillow {PIL.__version__}"
+                return _core.photo(*samples_of(image), reading, colour=colour), f"Pillow {PIL.__version__}"
     except UnidentifiedImageError:
         return None
     except Image.DecompressionBombError as error:

@@ -3,7 +3,7 @@
 In the order of the pipeline: `tone`, `emphasize`, `importance`, `lattice`, `lattice_labels` (lattice, cell means, diffusion and
 node budget in one), `relax`, `triangulate`, `cells`, `grounds`, `diffuse`, `refine`,
 `split`, `clean`, `stipple`, `components`, `outline`. They are the functions
-that `graphstipple.draw` runs. `offset` is what plots and rules stand on.
+that `graphstipple.draw` runs. `colour` stands beside `tone`. `offset` is what plots and rules stand on.
 
 Points are (n, 2) as x, y in pixels, edges (m, 2) as node numbers, fields (height, width) in [0, 1]. Other array types are
 converted by copying. Every function raises `InvalidInputError` for arrays that break its rules.
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from graphstipple import _core
 from graphstipple._errors import InvalidInputError
-from graphstipple._inputs import ImageLike, read_luma, unmasked
+from graphstipple._inputs import ImageLike, read_colour, read_luma, unmasked
 from graphstipple.drawing import RecordedOptions, Region, known, stipple_array
 from graphstipple.options import Options, Published
 
@@ -33,6 +33,7 @@ __all__ = [
     "Stippled",
     "cells",
     "clean",
+    "colour",
     "components",
     "diffuse",
     "emphasize",
@@ -141,6 +142,37 @@ def tone(image: ImageLike, options: Options | RecordedOptions | None = None) -> 
     """
     options = known(options)
     return _core.adjust(read_luma(image, options._checked.background), options._checked)
+
+
+def colour(image: ImageLike, options: Options | RecordedOptions | None = None) -> npt.NDArray[np.float32]:
+    """Return the colour of an image: sRGB-encoded red, green and blue, upright, transparent parts laid on the background.
+
+    The luma that `tone` begins with is its Rec. 601 luma, up to rounding. Values are those of the photo: no option changes them.
+
+    Parameters
+    ----------
+    image : path, PIL image or array
+        As for `graphstipple.draw`.
+    options : Options, optional
+        By default ``Options()``; only `background` is used.
+
+    Returns
+    -------
+    ndarray of float32, (height, width, 3)
+        In [0, 1].
+
+    Raises
+    ------
+    InvalidInputError, ImageFileError
+        As `graphstipple.draw`.
+
+    Examples
+    --------
+    >>> import numpy as np, graphstipple as gs
+    >>> gs.stages.colour(np.array([[[255, 0, 51, 255], [0, 0, 0, 0]]], np.uint8)).round(3).tolist()
+    [[[1.0, 0.0, 0.20000000298023224], [1.0, 1.0, 1.0]]]
+    """
+    return read_colour(image, known(options)._checked.background)
 
 
 def emphasize(tone: npt.ArrayLike, options: Options | RecordedOptions | None = None) -> npt.NDArray[np.float32]:

@@ -110,6 +110,7 @@ impl Job {
             max_pixels: matches.get_one("max_pixels").copied().unwrap_or(MAX_PIXELS),
             allow_damaged: matches.get_flag("allow_damaged"),
             options: Some(options.clone()),
+            colour: options.wants_colour(),
         };
         Ok(Self {
             photo,

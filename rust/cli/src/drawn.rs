@@ -99,7 +99,7 @@ struct Read {
 
 /// Reads the photo and its importance for a drawing with these options.
 fn read(job: &Job, input: &mut Input, options: &Checked<Options>, control: &Control) -> Result<Read> {
-    let reading = Reading { options: Some(options.clone()), ..job.reading.clone() };
+    let reading = Reading { options: Some(options.clone()), colour: options.wants_colour(), ..job.reading.clone() };
     let mut seconds = BTreeMap::new();
     let begin = Instant::now();
     let decoded = input.read(&reading, control)?;

@@ -185,7 +185,8 @@ pub struct Evaluated {
     pub warning: Option<String>,
 }
 
-/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, and reduced by their own size; one
+/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, without colour, and reduced by their
+/// own size; one
 /// whose bytes are given as `map` is not opened. The
 /// seconds that it took are added under their stage: `saliency`, or `decoding` for a file.
 ///
@@ -204,7 +205,7 @@ pub fn evaluate(
     let read = |path: &str| {
         let path = Path::new(path);
         let mut input = map.map_or_else(|| Input::file(path), |bytes| Input::bytes(path, bytes.clone()));
-        let decoded = input.read(reading, control)?;
+        let decoded = input.read(&Reading { colour: false, ..reading.clone() }, control)?;
         warning = decoded.warning.map(|warning| told(path, &warning));
         Ok::<_, Error>(decoded.photo)
     };

@@ -14,8 +14,8 @@ pub use crate::options::{
     DeclarationOf, ErrorWeighting, Group, InkList, LEAST_PIXELS, LatticeKind, Only, Order, PIXELS_PER_NODE, PUBLISHED, Point,
     Preset, Rule, Stage, Value, preset, schema, seconds, whole,
 };
-// From a photo to the tone.
-pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
+// From a photo to the tone, and its colour.
+pub use crate::photo::{Colour, MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
 // From files to photos.
 pub use crate::decoding::{Decoded, MAX_FILE_BYTES, MAX_PIXELS, PhotoBuilder, Reading, Source as ImageSource, Tags, decode};
 // Where detail is wanted.

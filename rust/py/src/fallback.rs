@@ -24,8 +24,9 @@ fn asked(py: Python<'_>, handed: Handed, reading: &CoreReading) -> PyResult<Opti
         Handed::Path(path) => path.as_os_str().into_pyobject(py)?.into_any(),
         Handed::Bytes(bytes) => PyBytes::new(py, bytes).into_any(),
     };
+    let colour = reading.colour;
     let reading = Bound::new(py, Reading { reading: reading.clone() })?;
-    let read = py.import("graphstipple._pillow")?.getattr("read")?.call1((file, reading))?;
+    let read = py.import("graphstipple._pillow")?.getattr("read")?.call1((file, reading, colour))?;
     let read: Option<(PyRef<'_, Photo>, String)> = read.extract()?;
     Ok(read.map(|(photo, decoder)| Decoded { photo: photo.photo.clone(), warning: None, decoder }))
 }

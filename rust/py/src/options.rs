@@ -51,6 +51,11 @@ impl Options {
         Ok(Self { checked: coarse.check().map_err(errors::from_core)? })
     }
 
+    /// Whether a drawing needs the colour of its photo.
+    fn wants_colour(&self) -> bool {
+        self.checked.wants_colour()
+    }
+
     /// The colour (R, G, B) of the background.
     #[getter]
     fn background(&self) -> (u8, u8, u8) {

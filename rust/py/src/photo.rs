@@ -1,11 +1,11 @@
-//! Photos to luma, as they are or reduced, and luma to saliency.
+//! Photos to luma and colour, as they are or reduced, and luma to saliency.
 
 use std::path::PathBuf;
 
 use graphstipple_cli::files::{self, Input};
 use graphstipple_core::stages::{self as core, PhotoBuilder, Pool, Samples, Tags, fine_grained};
-use graphstipple_core::{Control, Photo as CorePhoto};
-use numpy::{Element, PyArray2, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use graphstipple_core::{Control, Field as CoreField, Photo as CorePhoto};
+use numpy::{Element, IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
@@ -13,8 +13,11 @@ use crate::options::Options;
 use crate::watch::Watch;
 use crate::{arrays, errors, watch};
 
-/// Luma, size of the canvas and factor of a photo.
-type PackedPhoto<'py> = (Bound<'py, PyArray2<f32>>, (usize, usize), usize);
+/// Planes (height, width) of red, green and blue.
+type Planes<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>);
+
+/// Luma, size of the canvas, factor and colour of a photo.
+type PackedPhoto<'py> = (Bound<'py, PyArray2<f32>>, (usize, usize), usize, Option<Planes<'py>>);
 
 /// A photo or a map that was read, with the size of its canvas.
 #[pyclass(frozen, module = "graphstipple._core")]
@@ -24,23 +27,55 @@ pub(crate) struct Photo {
 
 #[pymethods]
 impl Photo {
-    /// A photo of luma (height, width) that was reduced by a factor from a canvas of this width and height.
+    /// A photo of luma (height, width) that was reduced by a factor from a canvas of this width and height, with its colour if it has
+    /// one: red, green and blue, each of the luma's shape.
     #[new]
-    fn new(luma: PyReadonlyArray2<'_, f32>, size: (usize, usize), factor: usize) -> PyResult<Self> {
-        let photo = CorePhoto::of_reduced(arrays::field(&luma)?, size.0, size.1, factor).map_err(errors::from_core)?;
+    #[pyo3(signature = (luma, size, factor, colour=None))]
+    fn new(
+        luma: PyReadonlyArray2<'_, f32>,
+        size: (usize, usize),
+        factor: usize,
+        colour: Option<[PyReadonlyArray2<'_, f32>; 3]>,
+    ) -> PyResult<Self> {
+        let mut photo = CorePhoto::of_reduced(arrays::field(&luma)?, size.0, size.1, factor).map_err(errors::from_core)?;
+        if let Some([red, green, blue]) = &colour {
+            let colour = core::Colour::new(arrays::field(red)?, arrays::field(green)?, arrays::field(blue)?);
+            photo = colour.and_then(|colour| photo.with_colour(colour)).map_err(errors::from_core)?;
+        }
         Ok(Self { photo })
     }
 
     /// What a pickle has of it.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, PackedPhoto<'py>)> {
-        let photo = slf.get();
-        Ok((slf.get_type(), (photo.luma(slf.py())?, photo.size(), photo.factor())))
+        let (py, photo) = (slf.py(), slf.get());
+        let luma = photo.luma(py)?;
+        let colour = photo.photo.colour();
+        // A pickle has once what is the same array.
+        let packed = colour.map(|colour| match colour.planes() {
+            [red, ..] if colour.is_grey() && std::ptr::eq(red, photo.photo.luma()) => {
+                Ok((luma.clone(), luma.clone(), luma.clone()))
+            }
+            planes => {
+                let [red, green, blue] = planes.map(|plane| arrays::from_field(py, plane.clone()));
+                Ok::<_, PyErr>((red?, green?, blue?))
+            }
+        });
+        Ok((slf.get_type(), (luma, photo.size(), photo.factor(), packed.transpose()?)))
     }
 
     /// A copy of the luma that is drawn, (height, width) in [0, 1].
     #[getter]
     fn luma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         arrays::from_field(py, self.photo.luma().clone())
+    }
+
+    /// A copy of the colour of what is drawn, (height, width, 3) of sRGB in [0, 1], if it was kept.
+    #[getter]
+    fn colour<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray3<f32>>>> {
+        let Some(colour) = self.photo.colour() else { return Ok(None) };
+        let [red, green, blue] = colour.planes().map(CoreField::values);
+        let values: Vec<f32> = red.iter().zip(green).zip(blue).flat_map(|((red, green), blue)| [*red, *green, *blue]).collect();
+        values.into_pyarray(py).reshape([colour.red().height(), colour.red().width(), 3]).map(Some)
     }
 
     /// Width and height of the canvas in pixels.
@@ -68,7 +103,7 @@ impl Reading {
     #[new]
     fn new(background: [u8; 3], options: Option<&Options>, max_pixels: u64, allow_damaged: bool) -> Self {
         let options = options.map(|options| options.checked.clone());
-        Self { reading: core::Reading { background, max_pixels, allow_damaged, options } }
+        Self { reading: core::Reading { background, max_pixels, allow_damaged, options, colour: false } }
     }
 
     /// Raises if an image of this size is not read.
@@ -83,16 +118,17 @@ pub(crate) fn threads_of(reading: &core::Reading) -> Option<usize> {
 }
 
 /// An image file, what is to be said of it, and what decoded it. Where somebody has its bytes already, no file is opened, and the path
-/// is the name by which messages tell of it.
+/// is the name by which messages tell of it. The photo keeps its colour if that is asked for.
 #[pyfunction]
-#[pyo3(signature = (path, reading, data=None))]
+#[pyo3(signature = (path, reading, data=None, *, colour=false))]
 pub(crate) fn read_photo(
     py: Python<'_>,
     path: PathBuf,
     reading: &Reading,
     data: Option<Vec<u8>>,
+    colour: bool,
 ) -> PyResult<(Photo, Option<String>, String)> {
-    let said = reading.reading.clone();
+    let said = core::Reading { colour, ..reading.reading.clone() };
     let read = move |control: &_| {
         let mut input = data.map_or_else(|| Input::file(&path), |bytes| Input::bytes(&path, bytes));
         let decoded = input.read(&said, control)?;
@@ -109,15 +145,17 @@ type Said = (bool, Option<Vec<u8>>, Option<f64>, Option<[[f64; 2]; 4]>, bool);
 
 /// An image of samples (height, width, channels) of uint8, uint16 or float32, likewise.
 #[pyfunction]
-pub(crate) fn photo(py: Python<'_>, samples: &Bound<'_, PyAny>, said: Said, reading: &Reading) -> PyResult<Photo> {
+#[pyo3(signature = (samples, said, reading, *, colour=false))]
+pub(crate) fn photo(py: Python<'_>, samples: &Bound<'_, PyAny>, said: Said, reading: &Reading, colour: bool) -> PyResult<Photo> {
+    let reading = core::Reading { colour, ..reading.reading.clone() };
     let (inks, profile, gamma, chromaticities, adobe_rgb) = said;
     let tags = Tags { inks, profile, gamma, chromaticities, adobe_rgb };
     if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u8>>() {
-        built(py, &array, |values| Samples::U8(values), &tags, &reading.reading)
+        built(py, &array, |values| Samples::U8(values), &tags, &reading)
     } else if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, u16>>() {
-        built(py, &array, |values| Samples::U16(values), &tags, &reading.reading)
+        built(py, &array, |values| Samples::U16(values), &tags, &reading)
     } else if let Ok(array) = samples.extract::<PyReadonlyArray3<'_, f32>>() {
-        built(py, &array, |values| Samples::F32(values), &tags, &reading.reading)
+        built(py, &array, |values| Samples::F32(values), &tags, &reading)
     } else {
         Err(errors::invalid("the samples must be a three-dimensional array of uint8, uint16 or float32"))
     }

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Seek};
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, Wanted};
 use super::caught::caught;
 use super::colour::Colours;
 use super::kinds::{Container, out_of_memory};
@@ -35,11 +35,13 @@ pub struct Reading {
     /// What the photo will be drawn with: one with far more pixels than those nodes can use is reduced as
     /// [`Options::reduction`] says. `None`: every pixel is kept.
     pub options: Option<Checked<Options>>,
+    /// Whether the photo keeps its colour, which takes up to 12 bytes a pixel more. The luma is the same.
+    pub colour: bool,
 }
 
 impl Default for Reading {
     fn default() -> Self {
-        Self { background: [255; 3], max_pixels: MAX_PIXELS, allow_damaged: false, options: None }
+        Self { background: [255; 3], max_pixels: MAX_PIXELS, allow_damaged: false, options: None, colour: false }
     }
 }
 
@@ -64,6 +66,13 @@ impl Reading {
             )));
         }
         Ok(self.options.as_ref().map_or(1, |options| options.reduction(width, height)))
+    }
+}
+
+impl Reading {
+    /// What the canvas shows.
+    pub(super) fn wanted(&self) -> Wanted {
+        Wanted { background: self.background, colour: self.colour, may_lack: self.allow_damaged }
     }
 }
 
@@ -93,7 +102,7 @@ impl<'a> Job<'a> {
         // What was multiplied is divided in floats.
         let depth = if opened.stored.premultiplied && opened.stored.alpha { Depth::F32 } else { opened.depth };
         let conversion = opened.colours.conversion(opened.stored.model, depth);
-        self.canvas = Some(Canvas::new(opened.stored, factor, self.reading.background, conversion, self.control)?);
+        self.canvas = Some(Canvas::new(opened.stored, factor, self.reading.wanted(), conversion, self.control)?);
         Ok(())
     }
 

@@ -14,7 +14,7 @@ const DECODER: &str = "graphstipple";
 /// A photo that was read.
 #[derive(Debug, Clone)]
 pub struct Decoded {
-    /// Its luma.
+    /// Its luma, and its colour if that was wanted.
     pub photo: Photo,
     /// One sentence for the user where the photo may not be what they expect: it lacks its end, or parts of it.
     pub warning: Option<String>,
@@ -182,6 +182,28 @@ mod tests {
         match decode(bytes, WHITE).unwrap_err() {
             Error::Decode(message) | Error::Unsupported(message) => message,
             other => panic!("not a decode error: {other}"),
+        }
+    }
+
+    #[test]
+    fn every_kind_of_file_keeps_its_colour_where_that_is_wanted() {
+        let picture = photo(64, 48);
+        for kind in KINDS {
+            let bytes = picture.encode(kind);
+            let read = |colour| {
+                let reading = Reading { colour, ..Reading::default() };
+                super::decode(&mut Cursor::new(&bytes), &reading, &Control::new()).unwrap().photo
+            };
+            let (plain, coloured) = (read(false), read(true));
+            assert!(plain.colour().is_none());
+            let colour = coloured.colour().unwrap().clone();
+            assert_eq!(coloured.without_colour(), plain, "{kind:?}");
+            let near = if kind == Kind::Jpeg { 0.04 } else { 0.0 };
+            for (x, y) in (0..64).flat_map(|x| (0..48).map(move |y| (x, y))) {
+                let expected = [x * 255 / 64, y * 255 / 48, 90].map(|v| v as f32 / 255.0);
+                let told = colour.at(x, y);
+                assert!(told.iter().zip(expected).all(|(v, e)| (v - e).abs() <= near), "{kind:?}: {told:?}, not {expected:?}");
+            }
         }
     }
 

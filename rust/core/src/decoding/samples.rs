@@ -69,7 +69,7 @@ impl<'a> PhotoBuilder<'a> {
             _ => Colours::Srgb,
         };
         let stored = Stored { width, height, model, alpha, premultiplied: false, orientation: 1 };
-        let canvas = Canvas::new(stored, factor, reading.background, colours.conversion(model, depth), control)?;
+        let canvas = Canvas::new(stored, factor, reading.wanted(), colours.conversion(model, depth), control)?;
         Ok(Self { canvas, size: [width, height], channels, row: 0 })
     }
 

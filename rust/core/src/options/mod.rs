@@ -28,6 +28,11 @@ pub use value::{Rule, Value};
 pub(crate) use value::{Typed, words};
 
 impl Options {
+    /// Whether a drawing with these options needs the colour of its photo. None does yet: // inks
+    pub fn wants_colour(&self) -> bool {
+        false
+    }
+
     /// The paper's settings: the published method as it is by [`Published::default`] (density 1 and no node budget, saliency alone,
     /// one Lloyd step), and none of what we add to it.
     pub fn paper() -> Self {

@@ -126,6 +126,28 @@ impl Field {
     }
 }
 
+impl Field {
+    /// The means of its boxes of `factor` x `factor` pixels; those of the last column and the last row take the remainder too.
+    pub(super) fn reduced(&self, factor: usize) -> Self {
+        let [width, height] = [self.width, self.height];
+        let [columns, rows] = [width, height].map(|side| boxes(side, factor));
+        let range =
+            |index: usize, count: usize, side: usize| index * factor..if index + 1 == count { side } else { (index + 1) * factor };
+        let mean = |i: usize| {
+            let (x, y) = (range(i % columns, columns, width), range(i / columns, rows, height));
+            let pixels = (x.len() * y.len()) as f64;
+            let rows = y.flat_map(|y| &self.values[y * width..][x.clone()]);
+            (rows.fold(0.0, |sum, value| sum + f64::from(*value)) / pixels) as f32
+        };
+        Self::of_valid(columns, rows, (0..columns * rows).into_par_iter().map(mean).collect())
+    }
+}
+
+/// Boxes on a side of so many pixels.
+pub(super) fn boxes(side: usize, factor: usize) -> usize {
+    (side / factor).max(1)
+}
+
 /// How far a Gaussian kernel reaches, in sigmas: what lies beyond is 3 in a thousand.
 const KERNEL_REACH: f64 = 3.0;
 

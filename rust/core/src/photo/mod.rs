@@ -1,15 +1,17 @@
 //! From a photo to the tone that is drawn. In: luma, or samples; out: a [`Photo`] with its luma, tone and
-//! emphasized tone, each a [`Field`]. Source: our own (the paper takes grey levels as given).
+//! emphasized tone, each a [`Field`], and its colour where that is wanted. Source: our own (the paper takes grey levels as given).
 
+mod colour;
 mod emphasis;
 mod field;
 mod photo;
 mod tone;
 
+pub use colour::Colour;
 pub use emphasis::emphasize;
 pub(crate) use emphasis::{FINE, emphasize_and_off, off_blurred};
 pub use field::{Field, MAX_SIDE};
 pub(crate) use field::{check_size, check_values};
 pub use photo::Photo;
 pub use tone::{Pixels, Samples, adjust, luma, luma_to_u8};
-pub(crate) use tone::{adjusted, weigh_into};
+pub(crate) use tone::{adjusted, colours_into, weigh_into};

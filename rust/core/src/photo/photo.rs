@@ -7,16 +7,16 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::base::{Error, Result};
 use crate::options::Options;
-use crate::photo::field::{Field, check_size};
+use crate::photo::colour::Colour;
+use crate::photo::field::{Field, boxes, check_size};
 
-/// A photo's luma, whole or reduced, and the canvas that it is drawn on. Copies share the luma.
+/// A photo's luma, whole or reduced, and the canvas that it is drawn on; its colour, if somebody wanted it. Copies share both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photo {
     luma: Arc<Field>,
+    colour: Option<Colour>,
     width: usize,
     height: usize,
     factor: usize,
@@ -26,7 +26,7 @@ impl Photo {
     /// A photo as it is.
     pub fn new(luma: Field) -> Self {
         let (width, height) = (luma.width(), luma.height());
-        Self { luma: Arc::new(luma), width, height, factor: 1 }
+        Self { luma: Arc::new(luma), colour: None, width, height, factor: 1 }
     }
 
     /// A photo reduced by a whole factor of at least 1, but not below a pixel a side.
@@ -38,17 +38,7 @@ impl Photo {
             return Self::new(luma);
         }
         let (width, height) = (luma.width(), luma.height());
-        let [columns, rows] = [width, height].map(|side| boxes(side, factor));
-        let range =
-            |index: usize, count: usize, side: usize| index * factor..if index + 1 == count { side } else { (index + 1) * factor };
-        let mean = |i: usize| {
-            let (x, y) = (range(i % columns, columns, width), range(i / columns, rows, height));
-            let pixels = (x.len() * y.len()) as f64;
-            let rows = y.flat_map(|y| &luma.values()[y * width..][x.clone()]);
-            (rows.fold(0.0, |sum, value| sum + f64::from(*value)) / pixels) as f32
-        };
-        let values = (0..columns * rows).into_par_iter().map(mean).collect();
-        Self { luma: Arc::new(Field::of_valid(columns, rows, values)), width, height, factor }
+        Self { luma: Arc::new(luma.reduced(factor)), colour: None, width, height, factor }
     }
 
     /// A photo of `width` x `height` pixels that was reduced by a factor while it was read, as its luma then is.
@@ -63,7 +53,32 @@ impl Photo {
                 "the luma has {columns} x {rows} pixels, which are not {width} x {height} pixels reduced by {factor}"
             )));
         }
-        Ok(Self { luma: Arc::new(luma), width, height, factor })
+        Ok(Self { luma: Arc::new(luma), colour: None, width, height, factor })
+    }
+
+    /// The photo with a colour of the size of its luma.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the size is another.
+    pub fn with_colour(mut self, colour: Colour) -> Result<Self> {
+        self.colour = Some(colour.beside(&self.luma)?);
+        Ok(self)
+    }
+
+    /// The photo with its luma for a colour.
+    pub fn with_grey(mut self) -> Self {
+        self.colour = Some(Colour::grey(Arc::clone(&self.luma)));
+        self
+    }
+
+    /// The photo without its colour.
+    pub fn without_colour(self) -> Self {
+        Self { colour: None, ..self }
+    }
+
+    /// The colour of what is drawn, of the size of the luma, if it was kept.
+    pub fn colour(&self) -> Option<&Colour> {
+        self.colour.as_ref()
     }
 
     /// The luma that is drawn.
@@ -100,11 +115,6 @@ impl Photo {
     pub fn fits(&self, options: &Options) -> bool {
         options.reduction(self.width, self.height) == self.factor
     }
-}
-
-/// Boxes on a side of so many pixels.
-fn boxes(side: usize, factor: usize) -> usize {
-    (side / factor).max(1)
 }
 
 impl Field {

@@ -80,21 +80,35 @@ pub fn luma(pixels: &Pixels, background: [u8; 3]) -> Result<Field> {
 
 /// The luma of pixels of 1 to 4 channels, composited on `background`; float samples lie in [0, 1].
 pub(crate) fn weigh_into(samples: Samples, channels: usize, background: [u8; 3], target: &mut [f32]) {
+    weighed::<299, 587, 114>(samples, channels, background, target);
+}
+
+/// Red, green and blue of such pixels, each as the luma of a grey pixel of its value is.
+pub(crate) fn colours_into(samples: Samples, channels: usize, background: [u8; 3], [red, green, blue]: [&mut [f32]; 3]) {
+    weighed::<1000, 0, 0>(samples, channels, background, red);
+    weighed::<0, 1000, 0>(samples, channels, background, green);
+    weighed::<0, 0, 1000>(samples, channels, background, blue);
+}
+
+/// The sum of red, green and blue by these thousandths.
+fn weighed<const R: u64, const G: u64, const B: u64>(samples: Samples, channels: usize, background: [u8; 3], target: &mut [f32]) {
     match samples {
-        Samples::U8(s) => integer_luma(s, channels, 255, background, target),
-        Samples::U16(s) => integer_luma(s, channels, 65_535, background, target),
-        Samples::F32(s) => float_luma(s, channels, background, target),
+        Samples::U8(s) => of_integers::<_, R, G, B>(s, channels, 255, background, target),
+        Samples::U16(s) => of_integers::<_, R, G, B>(s, channels, 65_535, background, target),
+        Samples::F32(s) => of_floats::<R, G, B>(s, channels, background, target),
     }
 }
 
-/// A thousand times the luma of a colour, in the units of its samples.
-fn weigh(red: u64, green: u64, blue: u64) -> u64 {
-    299 * red + 587 * green + 114 * blue
-}
-
-/// Luma of 8-bit or 16-bit samples (`max` is the value of white). Luma is linear, so the luma of the composited colour is the
-/// composited luma: one sum and one division a pixel. The sums stay below 2^53, where f64 is exact.
-fn integer_luma<T: Copy + Into<u64>>(samples: &[T], channels: usize, max: u64, background: [u8; 3], target: &mut [f32]) {
+/// The sum of 8-bit or 16-bit samples (`max` is the value of white). It is linear, so the sum of the composited colour is the
+/// composited sum: one sum and one division a pixel. The sums stay below 2^53, where f64 is exact.
+fn of_integers<T: Copy + Into<u64>, const R: u64, const G: u64, const B: u64>(
+    samples: &[T],
+    channels: usize,
+    max: u64,
+    background: [u8; 3],
+    target: &mut [f32],
+) {
+    let weigh = |red: u64, green: u64, blue: u64| R * red + G * green + B * blue;
     let [red, green, blue] = background.map(|v| u64::from(v) * (max / 255));
     let behind = weigh(red, green, blue);
     let opaque = |sum: u64| (sum as f64 / (1000 * max) as f64) as f32;
@@ -108,9 +122,10 @@ fn integer_luma<T: Copy + Into<u64>>(samples: &[T], channels: usize, max: u64, b
     }
 }
 
-/// Luma of float samples in [0, 1], computed in f64; the last digit may exceed 1, which the clamp takes away.
-fn float_luma(samples: &[f32], channels: usize, background: [u8; 3], target: &mut [f32]) {
-    let weigh = |red: f64, green: f64, blue: f64| 0.299 * red + 0.587 * green + 0.114 * blue;
+/// The sum of float samples in [0, 1], computed in f64; the last digit may exceed 1, which the clamp takes away.
+fn of_floats<const R: u64, const G: u64, const B: u64>(samples: &[f32], channels: usize, background: [u8; 3], target: &mut [f32]) {
+    let [of_red, of_green, of_blue] = [R, G, B].map(|thousandths| thousandths as f64 / 1000.0);
+    let weigh = |red: f64, green: f64, blue: f64| of_red * red + of_green * green + of_blue * blue;
     let colour = |p: &[f32]| weigh(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
     let [red, green, blue] = background.map(|v| f64::from(v) / 255.0);
     let behind = weigh(red, green, blue);
