@@ -14,6 +14,8 @@ mod importance;
 
 mod graph;
 
+mod inks;
+
 mod diffusion;
 
 mod sites;

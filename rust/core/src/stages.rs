@@ -25,12 +25,16 @@ pub use crate::graph::{
     Adjacency, Beside, Cells, Components, FRAME_MARGIN, Graph, Lattice, TonedCells, Triangulation, cells, components,
     lattice_means, owners, samples_per_pixel, toned_cells, triangulate,
 };
+// Colours as mixtures of inks.
+pub use crate::inks::{MOST_LABELS, Mixing, Mixture, extract, mixtures};
 // Error diffusion on any graph.
-pub use crate::diffusion::{Diffusion, diffuse, tonal_share};
+pub use crate::diffusion::{Diffusion, diffuse, diffuse_inks, tonal_share};
 // Where nodes are.
 pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, relax};
 // What is black and what is white.
 pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
+// What has which of several inks.
+pub use crate::labels::{Inked, NO_GROUND, clean_inks, grounds_inks, label_inks, refine_inks, split_inks, stipple_inks};
 // From labels to shapes.
 pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
 // The drawing as data.

@@ -27,6 +27,7 @@
 //! Values are never clamped; an error with no unlabelled neighbour left is dropped.
 
 mod diffuse;
+mod inks;
 mod parameters;
 mod priority;
 mod rows;
@@ -35,6 +36,7 @@ mod weights;
 
 pub(crate) use diffuse::check_input;
 pub use diffuse::diffuse;
+pub use inks::diffuse_inks;
 pub use parameters::{Diffusion, tonal_share};
 pub(crate) use rows::band_size;
 pub(crate) use weights::{LocalMean, Open, weigh};

@@ -64,6 +64,12 @@ pub fn tonal_share(value: f64) -> f64 {
     t * t.sqrt() * (1.0 - t) * (1.0 - t) / highest
 }
 
+/// The same for two of the labels that a mixture has, of which it may have more: the parts of a darker and of a lighter one.
+pub(super) fn tonal_pair(darker: f64, lighter: f64) -> f64 {
+    let highest = (3.0 / 7.0) * f64::sqrt(3.0 / 7.0) * (4.0 / 7.0) * (4.0 / 7.0);
+    lighter * lighter.sqrt() * darker * darker / highest
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,7 +10,7 @@ use crate::diffusion::weights::{LocalMean, Open, area_ratio, weigh};
 use crate::graph::Adjacency;
 
 /// Nodes labelled between two looks at the cancellation flag: a few milliseconds of work.
-const NODES_BETWEEN_CHECKS: usize = 1 << 14;
+pub(super) const NODES_BETWEEN_CHECKS: usize = 1 << 14;
 
 impl<G: Adjacency> Task<'_, G> {
     /// Labels the nodes by priority.
@@ -69,18 +69,18 @@ impl<G: Adjacency> Task<'_, G> {
 
 /// All that the loop reads and writes of a node, side by side: nodes are visited in an order that no cache can foresee.
 #[derive(Clone, Copy)]
-struct Node {
+pub(super) struct Node {
     /// The current value I.
-    current: f64,
+    pub(super) current: f64,
     /// The starting value I0.
     start: f32,
-    label: u8,
+    pub(super) label: u8,
     /// The bucket of the node's latest entry: never below that of its priority while it waits; see [`PriorityQueue`].
     entered: u16,
 }
 
 impl Node {
-    fn new(start: f32) -> Self {
+    pub(super) fn new(start: f32) -> Self {
         let current = f64::from(start);
         Self { current, start, label: UNLABELLED, entered: NO_BUCKET }
     }
@@ -102,7 +102,7 @@ type Entry = (u64, Reverse<u32>);
 /// later goes to a small heap beside it. A node whose priority rises is entered again at once; one whose priority falls stays
 /// where it is, too high, and is entered again when it comes up there. That spares most entries, since most errors move a value
 /// several times. Entries that are no longer true are dropped when they come up.
-struct PriorityQueue {
+pub(super) struct PriorityQueue {
     buckets: Vec<Vec<u32>>,
     /// The bucket whose nodes, and all above, are in `sorted` and `late`.
     lowest: u16,
@@ -114,7 +114,7 @@ struct PriorityQueue {
 }
 
 impl PriorityQueue {
-    fn new(nodes: &mut [Node]) -> Self {
+    pub(super) fn new(nodes: &mut [Node]) -> Self {
         let mut counts = vec![0u32; BUCKETS];
         for node in &mut *nodes {
             node.entered = bucket(priority(node.current));
@@ -128,7 +128,7 @@ impl PriorityQueue {
     }
 
     /// The unlabelled node of the highest priority.
-    fn pop(&mut self, nodes: &mut [Node], graph: &impl Adjacency) -> Option<usize> {
+    pub(super) fn pop(&mut self, nodes: &mut [Node], graph: &impl Adjacency) -> Option<usize> {
         loop {
             let next = match (self.sorted.last(), self.late.peek()) {
                 (Some(first), Some(late)) if late > first => self.late.pop(),
@@ -195,7 +195,7 @@ impl PriorityQueue {
     }
 
     /// Says that the value of an unlabelled node changed.
-    fn update(&mut self, number: usize, node: &mut Node) {
+    pub(super) fn update(&mut self, number: usize, node: &mut Node) {
         let priority = priority(node.current);
         let bucket = bucket(priority);
         if bucket >= self.lowest {

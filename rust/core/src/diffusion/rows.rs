@@ -16,7 +16,7 @@ const LEAST_BAND: usize = 4096;
 const ROWS_IN_BAND: usize = 64;
 
 /// This share of a band's nodes is labelled before it: some 16 rows.
-const WARM_UP_IN_BAND: usize = 4;
+pub(super) const WARM_UP_IN_BAND: usize = 4;
 
 /// How many nodes a band has where there are `count`, but for the last, which may have fewer. It depends on nothing else, or
 /// drawings would.
@@ -86,11 +86,15 @@ impl<G: Adjacency> Task<'_, G> {
 
     /// Whether less than a third of a node's neighbours have lower numbers, and can pass errors on to it.
     fn is_at_the_top(&self, number: usize) -> bool {
-        let (mut before, mut all) = (0, 0);
-        self.graph.for_each_neighbor(number, |neighbor, _| {
-            before += usize::from(neighbor < number);
-            all += 1;
-        });
-        3 * before < all
+        is_at_the_top(self.graph, number)
     }
+}
+
+pub(super) fn is_at_the_top(graph: &impl Adjacency, number: usize) -> bool {
+    let (mut before, mut all) = (0, 0);
+    graph.for_each_neighbor(number, |neighbor, _| {
+        before += usize::from(neighbor < number);
+        all += 1;
+    });
+    3 * before < all
 }

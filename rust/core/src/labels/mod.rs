@@ -2,6 +2,7 @@
 //! follow tones and neighbours, and dots in smooth parts, with their places and areas. Source: our own.
 
 mod clean;
+mod inks;
 mod places;
 mod refine;
 mod smooth;
@@ -9,6 +10,7 @@ mod split;
 mod stipple;
 
 pub use clean::clean;
+pub use inks::{Inked, NO_GROUND, clean_inks, grounds_inks, label_inks, refine_inks, split_inks, stipple_inks};
 pub(crate) use places::Places;
 pub use refine::{Refinement, refine};
 pub use smooth::{STRUCTURED, grounds};
@@ -19,7 +21,7 @@ pub use stipple::{Marks, Stippled, stipple};
 /// What the nodes of the second graph are labelled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
-    /// 0 black, 1 white.
+    /// 0 black, 1 white; of several inks, numbers of their colours.
     pub labels: Vec<u8>,
     /// The shift that gave the labels of structured parts their mean: see [`refine()`].
     pub shift: f64,

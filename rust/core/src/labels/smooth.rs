@@ -18,17 +18,17 @@ use crate::graph::{Adjacency, Graph, check_finite, check_one_a_node};
 pub const STRUCTURED: u8 = 2;
 
 /// How far from a plane tones may lie, by root mean square, where dots are worth it most: at middle grey, with a stippling of one half.
-const ROUGHNESS: f64 = 0.02;
+pub(super) const ROUGHNESS: f64 = 0.02;
 
 /// And in any tone: what a step of one level of 8 bits comes to. It is rounding and no detail.
-const STEP: f64 = 0.5 / 255.0;
+pub(super) const STEP: f64 = 0.5 / 255.0;
 
 /// How often a node is asked again whether it is like most of its neighbours, so that neither kind of part has single nodes.
 const MAJORITIES: usize = 2;
 
 /// How much the neighbours count in the choice of a ground, as a difference of tones, and how often they are asked.
-const COHESION: f32 = 0.1;
-const COHESION_SWEEPS: usize = 2;
+pub(super) const COHESION: f32 = 0.1;
+pub(super) const COHESION_SWEEPS: usize = 2;
 
 /// Nodes that one thread looks at, at least.
 const LEAST_PART: usize = 1 << 12;
@@ -60,19 +60,25 @@ pub fn grounds(graph: &Graph, tones: &[f32], stippling: f64) -> Result<Vec<u8>> 
     let off_plane: Vec<f32> = for_nodes(count, |node| off_plane(graph, tones, node) as f32);
     let off_plane = mean_around(graph, &mean_around(graph, &off_plane));
     let allowed = 2.0 * ROUGHNESS * stippling / (1.0 - stippling);
-    let mut smooth = for_nodes(count, |node| {
+    let smooth = for_nodes(count, |node| {
         let tone = f64::from(around[node]);
         let limit = STEP + allowed * tone.min(1.0 - tone).max(0.0);
         f64::from(off_plane[node]) <= limit * limit
     });
+    let smooth = without_single_nodes(graph, smooth);
+    Ok(smooth.iter().zip(ground).map(|(smooth, ground)| if *smooth { ground } else { STRUCTURED }).collect())
+}
+
+/// What most of a node's neighbours are.
+pub(super) fn without_single_nodes(graph: &Graph, mut smooth: Vec<bool>) -> Vec<bool> {
     for _ in 0..MAJORITIES {
-        smooth = for_nodes(count, |node| {
+        smooth = for_nodes(smooth.len(), |node| {
             let row = graph.row(node);
             let alike = row.iter().filter(|other| smooth[**other as usize]).count();
             2 * alike + usize::from(smooth[node]) > row.len()
         });
     }
-    Ok(smooth.iter().zip(ground).map(|(smooth, ground)| if *smooth { ground } else { STRUCTURED }).collect())
+    smooth
 }
 
 /// The tones that shapes are made of: those of structured nodes, and in smooth parts the ground, which passes no error on.
@@ -88,12 +94,12 @@ pub(crate) fn structured_mean(grounds: &[u8], tones: &[f32], areas: &[f64]) -> O
     (area > 0.0).then(|| (sum / area).clamp(0.0, 1.0))
 }
 
-fn for_nodes<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+pub(super) fn for_nodes<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     (0..count).into_par_iter().with_min_len(LEAST_PART).map(of).collect()
 }
 
 /// The mean over every node and its neighbours.
-fn mean_around(graph: &Graph, values: &[f32]) -> Vec<f32> {
+pub(super) fn mean_around(graph: &Graph, values: &[f32]) -> Vec<f32> {
     for_nodes(values.len(), |node| graph.mean_around(node, values) as f32)
 }
 
@@ -112,7 +118,7 @@ fn grounds_of(graph: &Graph, tones: &[f32]) -> Vec<u8> {
 }
 
 /// The mean squared distance of the tones of a node and its neighbours from the plane that fits them best.
-fn off_plane(graph: &Graph, tones: &[f32], node: usize) -> f64 {
+pub(super) fn off_plane(graph: &Graph, tones: &[f32], node: usize) -> f64 {
     let row = graph.row(node);
     let count = (row.len() + 1) as f64;
     let [x0, y0] = graph.sites[node];

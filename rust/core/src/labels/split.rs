@@ -22,10 +22,44 @@ pub fn split(graph: &Graph, tones: &[f32], labels: &mut [u8], most: u32) -> Resu
     check_one_a_node("tones", tones.len(), count)?;
     check_one_a_node("labels", labels.len(), count)?;
     check_labels(labels)?;
-    if most < 2 {
-        return Ok(());
+    take_apart(graph, &Tones { tones }, labels, most);
+    Ok(())
+}
+
+/// What nodes ask for.
+pub(super) trait Asked: Sync {
+    /// How far what a node asks for is from a label.
+    fn distance(&self, node: u32, label: u8) -> f32;
+
+    /// The label that it asks for.
+    fn wanted(&self, node: u32) -> u8;
+
+    /// Whether a node has a label that only an error passed on to it can have given it.
+    fn is_by_chance(&self, node: u32, label: u8) -> bool {
+        self.wanted(node) != label
     }
-    for fused in fused_by_chance(graph, tones, labels, most) {
+}
+
+struct Tones<'a> {
+    tones: &'a [f32],
+}
+
+impl Asked for Tones<'_> {
+    fn distance(&self, node: u32, label: u8) -> f32 {
+        (self.tones[node as usize] - f32::from(label)).abs()
+    }
+
+    fn wanted(&self, node: u32) -> u8 {
+        u8::from(self.tones[node as usize] >= 0.5)
+    }
+}
+
+/// [`split`] of valid input, whatever nodes ask for.
+pub(super) fn take_apart(graph: &Graph, asked: &impl Asked, labels: &mut [u8], most: u32) {
+    if most < 2 {
+        return;
+    }
+    for fused in fused_by_chance(graph, asked, labels, most) {
         let label = labels[fused[0] as usize];
         // Components taken before may have reached this one.
         let is_whole = |node: &u32| {
@@ -35,32 +69,31 @@ pub fn split(graph: &Graph, tones: &[f32], labels: &mut [u8], most: u32) -> Resu
         if !fused.iter().all(is_whole) {
             continue;
         }
-        let (kept, moved) = apart(graph, tones, &fused, label);
-        if let Some(places) = places(graph, tones, labels, &fused, &kept, moved.len()) {
+        let (kept, moved) = apart(graph, asked, &fused, label);
+        if let Some(places) = places(graph, asked, labels, &fused, &kept, moved.len()) {
             for node in moved {
-                labels[node as usize] = 1 - label;
+                labels[node as usize] = asked.wanted(node);
             }
             for node in places {
                 labels[node as usize] = label;
             }
         }
     }
-    Ok(())
 }
 
 /// The nodes of every component of 2 to `most` nodes whose tones all lie on the other side of 0.5 than their label, in the order
 /// of their lowest nodes.
-fn fused_by_chance(graph: &Graph, tones: &[f32], labels: &[u8], most: u32) -> Vec<Vec<u32>> {
+fn fused_by_chance(graph: &Graph, asked: &impl Asked, labels: &[u8], most: u32) -> Vec<Vec<u32>> {
     let nodes = (0..labels.len()).into_par_iter().with_min_len(LEAST_PART);
-    nodes.filter_map(|lowest| fused_from(lowest, graph, tones, labels, most as usize)).collect()
+    nodes.filter_map(|lowest| fused_from(lowest, graph, asked, labels, most as usize)).collect()
 }
 
 /// Nodes that one thread looks at, at least.
 const LEAST_PART: usize = 1 << 12;
 
 /// Such a component, if this is its lowest node. It is left as soon as a node says that it is none.
-fn fused_from(lowest: usize, graph: &Graph, tones: &[f32], labels: &[u8], most: usize) -> Option<Vec<u32>> {
-    let is_candidate = |node: usize| node >= lowest && is_by_chance(tones[node], labels[node]);
+fn fused_from(lowest: usize, graph: &Graph, asked: &impl Asked, labels: &[u8], most: usize) -> Option<Vec<u32>> {
+    let is_candidate = |node: usize| node >= lowest && asked.is_by_chance(node as u32, labels[node]);
     let alike = |node: u32| graph.row(node as usize).iter().copied().filter(|other| labels[*other as usize] == labels[lowest]);
     if !is_candidate(lowest) || alike(lowest as u32).next().is_none() {
         return None;
@@ -83,20 +116,10 @@ fn fused_from(lowest: usize, graph: &Graph, tones: &[f32], labels: &[u8], most: 
     Some(component)
 }
 
-/// Whether a node of this tone has a label that only an error passed on to it can have given it.
-fn is_by_chance(tone: f32, label: u8) -> bool {
-    u8::from(tone >= 0.5) != label
-}
-
-/// How far a tone is from a label.
-fn distance(tone: f32, label: u8) -> f32 {
-    (tone - f32::from(label)).abs()
-}
-
-/// The nodes in the order in which their tones ask for the label, ties by index.
-fn ordered(mut nodes: Vec<u32>, tones: &[f32], label: u8) -> Vec<u32> {
+/// The nodes in the order in which they ask for the label, ties by index.
+fn ordered(mut nodes: Vec<u32>, asked: &impl Asked, label: u8) -> Vec<u32> {
     nodes.sort_unstable_by(|a, b| {
-        let [first, second] = [a, b].map(|node| distance(tones[*node as usize], label));
+        let [first, second] = [a, b].map(|node| asked.distance(*node, label));
         first.total_cmp(&second).then(a.cmp(b))
     });
     nodes
@@ -107,17 +130,17 @@ fn has_neighbor_in(graph: &Graph, node: u32, nodes: &[u32]) -> bool {
 }
 
 /// The nodes of a component that stay, none beside another, and those that do not.
-fn apart(graph: &Graph, tones: &[f32], fused: &[u32], label: u8) -> (Vec<u32>, Vec<u32>) {
+fn apart(graph: &Graph, asked: &impl Asked, fused: &[u32], label: u8) -> (Vec<u32>, Vec<u32>) {
     let (mut kept, mut moved) = (Vec::new(), Vec::new());
-    for node in ordered(fused.to_vec(), tones, label) {
+    for node in ordered(fused.to_vec(), asked, label) {
         if has_neighbor_in(graph, node, &kept) { moved.push(node) } else { kept.push(node) }
     }
     (kept, moved)
 }
 
-/// Nodes at most two edges away from a component that can be `wanted` dots beside those kept, those whose tones ask for the label most
+/// Nodes at most two edges away from a component that can be `wanted` dots beside those kept, those that ask for the label most
 /// first; `None` if there are not so many.
-fn places(graph: &Graph, tones: &[f32], labels: &[u8], fused: &[u32], kept: &[u32], wanted: usize) -> Option<Vec<u32>> {
+fn places(graph: &Graph, asked: &impl Asked, labels: &[u8], fused: &[u32], kept: &[u32], wanted: usize) -> Option<Vec<u32>> {
     let label = labels[fused[0] as usize];
     let mut places: Vec<u32> = Vec::with_capacity(wanted);
     while places.len() < wanted {
@@ -127,11 +150,11 @@ fn places(graph: &Graph, tones: &[f32], labels: &[u8], fused: &[u32], kept: &[u3
         let around = fused.iter().flat_map(|node| graph.row(*node as usize)).flat_map(|node| graph.row(*node as usize));
         let mut best: Option<(f32, u32)> = None;
         for node in around.copied() {
-            let (tone, is_free) = (tones[node as usize], labels[node as usize] != label && !places.contains(&node));
-            let own = (distance(tone, label), node);
+            let is_free = labels[node as usize] == asked.wanted(node) && labels[node as usize] != label && !places.contains(&node);
+            let own = (asked.distance(node, label), node);
             // Whether it has room takes longest to say.
             if is_free
-                && is_by_chance(tone, label)
+                && asked.is_by_chance(node, label)
                 && best.is_none_or(|best| own < best)
                 && !graph.row(node as usize).iter().any(in_the_way)
             {

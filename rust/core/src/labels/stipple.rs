@@ -108,40 +108,61 @@ pub fn stipple(
         _ => 0.0,
     };
     let lacks: Vec<f64> = grounds.iter().zip(tones).map(lack_of).collect();
-    let parts = Parts { triangulation, grounds, labels: &labels, areas, lacks: &lacks };
-    let mut dots = Dots::choose(&parts);
-    let frame = Frame { width: width as f64, height: height as f64 };
-    let mut places = Places::new(triangulation, areas, frame);
-    let mut shares = dots.share(&parts, &places);
-    for _ in 0..STEPS {
-        control.check()?;
-        dots.step(&parts, &dots.carried(&parts, &shares), &mut places);
-        shares = dots.share(&parts, &places);
-    }
-    let carried = dots.carried(&parts, &shares);
-    for _ in 0..MAKING_ROOM {
-        control.check()?;
-        dots.make_room(&carried, &mut places);
-    }
-    let inks = dots.inks_with_room(&carried, &shares, &places);
+    let parts = Parts { triangulation, grounds, none: STRUCTURED, labels: &labels, areas, lacks: &lacks };
+    let Dotted { dots, inks, places, .. } = Dotted::of(&parts, Frame { width: width as f64, height: height as f64 }, control)?;
     let (mut labels, mut areas) = (labels.clone(), areas.to_vec());
     for (node, ink) in dots.nodes.iter().map(|node| *node as usize).zip(inks) {
-        if ink > 0.0 && ink >= LEAST_INK * parts.cell_around(node) {
+        if parts.is_drawn(node, ink) {
             (labels[node], areas[node]) = (1 - grounds[node], ink);
         }
     }
-    Ok(Stippled { labels, marks: Marks { places: places.places, areas } })
+    Ok(Stippled { labels, marks: Marks { places, areas } })
+}
+
+/// Dots where they are drawn.
+pub(super) struct Dotted {
+    pub(super) dots: Dots,
+    /// Every dot's share of nodes, in the order of the nodes.
+    pub(super) shares: Vec<Vec<Share>>,
+    /// What every dot covers, in px^2.
+    pub(super) inks: Vec<f64>,
+    /// Of all nodes.
+    pub(super) places: Vec<[f64; 2]>,
+}
+
+impl Dotted {
+    /// # Errors
+    /// [`Error::Cancelled`]
+    pub(super) fn of(parts: &Parts, frame: Frame, control: &Control) -> Result<Self> {
+        let mut dots = Dots::choose(parts);
+        let mut places = Places::new(parts.triangulation, parts.areas, frame);
+        let mut shares = dots.share(parts, &places);
+        for _ in 0..STEPS {
+            control.check()?;
+            dots.step(parts, &dots.carried(parts, &shares), &mut places);
+            shares = dots.share(parts, &places);
+        }
+        let carried = dots.carried(parts, &shares);
+        for _ in 0..MAKING_ROOM {
+            control.check()?;
+            dots.make_room(&carried, &mut places);
+        }
+        let inks = dots.inks_with_room(&carried, &shares, &places);
+        Ok(Self { dots, shares, inks, places: places.places })
+    }
 }
 
 /// What is stippled.
-struct Parts<'a> {
-    triangulation: &'a Triangulation,
-    grounds: &'a [u8],
+pub(super) struct Parts<'a> {
+    pub(super) triangulation: &'a Triangulation,
+    pub(super) grounds: &'a [u8],
+    /// The ground of nodes that have none.
+    pub(super) none: u8,
     /// Without dots.
-    labels: &'a [u8],
-    areas: &'a [f64],
+    pub(super) labels: &'a [u8],
+    pub(super) areas: &'a [f64],
     /// What the ground lacks, in [0, 1].
-    lacks: &'a [f64],
+    pub(super) lacks: &'a [f64],
 }
 
 impl Parts<'_> {
@@ -161,7 +182,7 @@ impl Parts<'_> {
     /// Whether a node and all its neighbours, of which there are some around it, have the label of its ground.
     fn is_within_ground(&self, node: usize) -> bool {
         let ground = self.grounds[node];
-        ground != STRUCTURED
+        ground != self.none
             && self.row(node).len() >= 3
             && self.row(node).iter().all(|other| self.labels[*other as usize] == ground)
     }
@@ -169,6 +190,11 @@ impl Parts<'_> {
     /// The mean area of the cells of a node and its neighbours.
     fn cell_around(&self, node: usize) -> f64 {
         self.triangulation.graph.mean_around(node, self.areas)
+    }
+
+    /// Whether a dot of so much ink is large enough to draw.
+    pub(super) fn is_drawn(&self, node: usize, ink: f64) -> bool {
+        ink > 0.0 && ink >= LEAST_INK * self.cell_around(node)
     }
 
     /// How far from others a dot at this node would like to be.
@@ -208,16 +234,16 @@ struct Sharing {
 }
 
 /// A dot's share of a node.
-struct Share {
-    node: u32,
-    dot: u32,
-    ink: f64,
+pub(super) struct Share {
+    pub(super) node: u32,
+    pub(super) dot: u32,
+    pub(super) ink: f64,
 }
 
 /// The dots, none beside another.
-struct Dots {
+pub(super) struct Dots {
     /// The node of every dot.
-    nodes: Vec<u32>,
+    pub(super) nodes: Vec<u32>,
     /// The dot of every node, or [`NONE`].
     at: Vec<u32>,
     /// The dot nearest to every node's site, on the same ground; [`NONE`] where none is.
@@ -233,7 +259,7 @@ struct Dots {
 impl Dots {
     fn choose(parts: &Parts) -> Self {
         let count = parts.grounds.len();
-        let wanted = |node: usize| if parts.grounds[node] == STRUCTURED { 0.0 } else { parts.distance_wanted(node) };
+        let wanted = |node: usize| if parts.grounds[node] == parts.none { 0.0 } else { parts.distance_wanted(node) };
         let wanted: Vec<f64> = (0..count).into_par_iter().with_min_len(NODES_AT_ONCE).map(wanted).collect();
         let (mut nodes, mut at) = (Vec::new(), vec![NONE; count]);
         let mut is_taken = vec![false; count];
