@@ -181,6 +181,19 @@ def mark() -> gs.Drawing:
     return gs.draw(ball, importance="none", options=options)
 
 
+def write_subjects(folder: Path, photo: np.ndarray) -> None:
+    """Write what steps back from a subject that is found, and from one that a mask shows."""
+    # docs/howto/subject.md: a part that has a flag, a wall and a rocket behind the portrait; nodes large enough to be seen.
+    part, budget = (20, 0, 420, 400), gs.Options(nodes=24_000)
+    found = gs.Session(photo, subject="auto")
+    panels = [gs.draw(photo, options=budget), *(found.draw(budget.replace(backdrop=word)) for word in ("fade", "paper"))]
+    write(folder / "subject.png", [drawn(one, part, 1) for one in panels], greys=8)
+
+    cup = gs.Session(data.coffee(), subject="auto")
+    panels = [cup.draw(gs.Options(nodes=16_000, backdrop=word)) for word in ("soften", "fade", "paper", "ink")]
+    write(folder / "backdrops.png", [Image.fromarray(one.rasterize(360)) for one in panels], greys=8)
+
+
 def write_machines(folder: Path, photo: np.ndarray, drawing: gs.Drawing) -> None:
     """Write what machines make of a photo."""
     # docs/howto/plotter.md: a pen of 0.5 mm on 180 mm, by every fill.
@@ -264,6 +277,8 @@ def main() -> None:
     budget = gs.Options(nodes=20_000)
     maps = [gs.draw(photo, importance=importance, options=budget) for importance in ("none", "saliency", face)]
     write(folder / "importance.png", [drawn(one, HEAD, 2) for one in maps])
+
+    write_subjects(folder, photo)
 
     # docs/output.md: what lies over what, which ink on which paper, and how many points a tolerance leaves.
     picture = drawn(drawing, FACE, 3)

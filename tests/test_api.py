@@ -43,7 +43,7 @@ def test_everything_promised_exists() -> None:
 HEAVY = {"PIL", "cv2", "json", "numpy", "scipy", "shapely"}
 """Packages that take long to import."""
 
-ON_DEMAND = {f"graphstipple.{name}" for name in ("importance", "metrics", "stages")}
+ON_DEMAND = {f"graphstipple.{name}" for name in ("importance", "metrics", "stages", "subject")}
 """Parts of the package that a drawing does not need."""
 
 
@@ -82,6 +82,7 @@ def test_drawing_needs_numpy_alone(small: np.ndarray, tmp_path: Path) -> None:
             "importance",
             "assert gs.saliency(grey).shape == (2, 2) and gs.saliency is sys.modules['graphstipple.importance'].saliency",
         ),
+        ("subject", "assert gs.find_subject(grey) is None and gs.subject.SIDE > 100"),
     ],
 )
 def test_what_a_drawing_does_not_need_is_imported_when_it_is_used(name: str, use: str) -> None:

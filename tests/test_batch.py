@@ -129,7 +129,22 @@ def test_every_format_of_one_drawing_is_as_by_itself(few: Path, tmp_path: Path) 
 def test_every_flag_of_a_drawing_is_taken() -> None:
     words = of_options(flat(gs.Options(threads=1)._checked.values()))
     words += ["--preset", "poster", "--force", "--allow-damaged", "--max-pixels", "10M", "--max-bytes", "1MB", "--max-points", "9k"]
-    words += ["--importance", "none", "--width", "20cm", "--margin", "5mm", "--page", "A4", "--dpi", "600", "--min-dot", "0.3mm"]
+    words += [
+        "--importance",
+        "none",
+        "--subject",
+        "auto",
+        "--width",
+        "20cm",
+        "--margin",
+        "5mm",
+        "--page",
+        "A4",
+        "--dpi",
+        "600",
+        "--min-dot",
+        "0.3mm",
+    ]
     words += ["--style", "flat", "--inks", "both", "--paper", "white", "--elements", "layers", "--dots", "circles"]
     words += ["--curves", "splines", "--one-bit", "--linear", "--invert"]
     words += ["--process", "vinyl", "--min-feature", "1mm", "--min-gap", "1mm", "--min-area", "9mm2", "--islands", "bridge"]

@@ -249,6 +249,7 @@ OWN |= {"list-presets", "stats", "quiet", "help", "help-all", "version"}
 """Flags that only a command has, besides the options of a drawing and the settings of its file."""
 
 FURTHER = {
+    "subject",
     "force",
     "options-schema",
     "max-bytes",

@@ -50,6 +50,7 @@ CHANGES: dict[str, Any] = {
     "gamma": 1.6,
     "contrast": 0.6,
     "invert": True,
+    "backdrop": "ink",
     "background": "#000",
     "threads": 1,
     "lattice": "square",

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from graphstipple.plots import Machine, Plot, PlotLayer, machines
     from graphstipple.rules import Changes, Process, Report, Rules, Violation, processes
     from graphstipple.studio.notebook import Studio
+    from graphstipple.subject import find_subject
 
 __all__ = [
     "BatchResult",
@@ -65,6 +66,7 @@ __all__ = [
     "__version__",
     "batch",
     "draw",
+    "find_subject",
     "load",
     "machines",
     "metrics",
@@ -84,10 +86,11 @@ _LATER = {
     "plots": ("Machine", "Plot", "PlotLayer", "machines"),
     "rules": ("Changes", "Process", "Report", "Rules", "Violation", "processes"),
     "studio.notebook": ("Studio",),
+    "subject": ("find_subject",),
 }
 """What is imported when it is first used, by module: the command line starts without NumPy, a drawing without OpenCV and Pillow."""
 
-_MODULES = ("drawing", "importance", "metrics", "options", "stages")
+_MODULES = ("drawing", "importance", "metrics", "options", "stages", "subject")
 """Modules, likewise."""
 
 

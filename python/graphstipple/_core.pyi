@@ -6,6 +6,7 @@ import numpy.typing as npt
 
 __all__ = [
     "MAX_PIXELS",
+    "NO_SUBJECT",
     "Drawing",
     "Options",
     "Photo",
@@ -61,6 +62,7 @@ __all__ = [
 
 __version__: str
 MAX_PIXELS: int
+NO_SUBJECT: str
 
 @final
 class Drawing:
@@ -156,10 +158,14 @@ class Photo:
         size: tuple[int, int],
         factor: int,
         colour: Sequence[npt.NDArray[np.float32]] | None = None,
+        subject: tuple[npt.NDArray[np.float32], tuple[int, int, int]] | None = None,
     ) -> Photo: ...
     def __reduce__(self) -> tuple[type[Photo], tuple[Any, ...]]: ...
     @property
     def colour(self) -> npt.NDArray[np.float32] | None: ...
+    def with_subject(self, mask: Photo) -> Photo: ...
+    @property
+    def subject(self) -> npt.NDArray[np.float32] | None: ...
     @property
     def luma(self) -> npt.NDArray[np.float32]: ...
     @property
@@ -172,6 +178,8 @@ class Reading:
     def __new__(
         cls, background: tuple[int, int, int], options: Options | None, max_pixels: int, allow_damaged: bool
     ) -> Reading: ...
+    @property
+    def background(self) -> tuple[int, int, int]: ...
     def check(self, width: int, height: int) -> None: ...
 
 @final

@@ -18,6 +18,9 @@ from graphstipple._inputs import MAX_PIXELS, ImageLike, is_pil, is_text, path_to
 from graphstipple.drawing import Drawing, RecordedOptions, known, plain_settings
 from graphstipple.options import Options
 
+AUTO = "auto"
+"""The subject that is found."""
+
 if TYPE_CHECKING:
     from PIL import Image
 
@@ -26,6 +29,9 @@ ImportanceMap: TypeAlias = "os.PathLike[str] | bytes | Image.Image | npt.NDArray
 
 ImportanceLike: TypeAlias = "str | ImportanceMap | Callable[[npt.NDArray[np.float32]], ImportanceMap | str] | None"
 """A name, a map, or what makes one of the photo's luma."""
+
+SubjectLike: TypeAlias = "str | ImportanceMap | Callable[[npt.NDArray[np.uint8]], ImportanceMap | None] | None"
+"""The word "auto", a mask, or what makes one of the photo's colours."""
 
 Progress: TypeAlias = "Callable[[str, float], object]"
 """Called with a stage's name and the fraction of the whole drawing that is done."""
@@ -37,6 +43,8 @@ def draw(
     options: Options | RecordedOptions | None = None,
     progress: Progress | None = None,
     *,
+    subject: SubjectLike = None,
+    backdrop: str | None = None,
     max_bytes: int | str | None = None,
     max_points: int | None = None,
     written: Mapping[str, Any] | None = None,
@@ -65,6 +73,12 @@ def draw(
     progress : callable, optional
         Called with the stage's name and the fraction of the whole drawing that is done, some 50 times a second. What it raises
         stops the work.
+    subject : str, path, bytes, PIL image, ndarray or callable, optional
+        What the rest steps back from, as `backdrop` says: "auto" (found by OpenCV, see `find_subject`), or a mask of any size, as
+        a file, PIL image or array (height, width), white where the subject is; its edge is refined by the photo's. A callable gets
+        the photo's colours as it is drawn, sRGB, uint8 (height, width, 3), and returns a mask, or None where there is no subject.
+    backdrop : str, optional
+        What becomes of the rest: "keep", "soften", "fade", "paper" or "ink"; by default as the options say.
     max_bytes : int or str, optional
         Return the finest drawing whose file has at most so many bytes, at least 1, such as "100kB", "1MB" or "100KiB": if it is
         larger with these options, contours are simplified further (`tolerance`), then there are fewer `nodes`, in at most eight
@@ -86,24 +100,28 @@ def draw(
     Raises
     ------
     InvalidInputError
-        If the image, the importance or an option breaks a rule, or no drawing is small enough: then it says how small one can be.
+        If the image, the importance, the subject or an option breaks a rule, or no drawing is small enough: then it says how small
+        one can be.
     ImageFileError
         If a file cannot be read as an image; `ImageFileNotFoundError` if there is none.
+    MissingPackageError
+        If a subject is to be found without OpenCV.
 
     Warns
     -----
     GraphStippleWarning
-        If the drawing is blank, though the photo is not flat; if a file lacks its end, or parts of it are drawn as background.
+        If the drawing is blank, though the photo is not flat; if a file lacks its end, or parts of it are drawn as background; if
+        no subject was found, or a mask shows none: then the photo is drawn as it is.
     """
-    options = known(options)
+    options = _with_backdrop(known(options), subject, backdrop)
     limit = _limit(max_bytes, max_points, written)
     if limit is not None:
-        session = Session(image, importance, max_pixels=max_pixels, allow_damaged=allow_damaged)
+        session = Session(image, importance, subject=subject, max_pixels=max_pixels, allow_damaged=allow_damaged)
         return _drawing(*session._within(options, progress, limit, session._seconds))
     seconds: dict[str, float] = {}
     report = progress or _silent
     reading = reading_of(options._checked, max_pixels, allow_damaged)
-    photo, heard = _read_photo(image, reading, seconds, report, colour=options._checked.wants_colour())
+    photo, heard = _read_photo(image, subject, reading, seconds, report, colour=options._checked.wants_colour())
     source, heard = _read_importance(importance, photo, reading, seconds, heard)
     result = _core.draw(photo, source, reading, options._checked, progress)
     report("outlines", 1.0)
@@ -125,6 +143,7 @@ class Session:
 
     The colour of the photo is kept for options that want it, even if none does yet: 12 bytes a pixel of the photo as reduced, none
     if it is grey.
+    So is the subject; the `backdrop` that a drawing has is one of its options.
 
     A drawing shares its graph and its importance with the session; docs/performance.md says how much memory that is. Threads may
     use one session: they draw one after the other.
@@ -139,6 +158,8 @@ class Session:
         The photo, as for `draw`.
     importance : str, path, bytes, PIL image, ndarray or callable
         Where detail is wanted, as for `draw`.
+    subject : str, path, bytes, PIL image, ndarray or callable, optional
+        What the rest steps back from, as for `draw`.
     max_pixels, allow_damaged
         As for `draw`.
 
@@ -166,11 +187,13 @@ class Session:
         image: ImageLike,
         importance: ImportanceLike = "saliency",
         *,
+        subject: SubjectLike = None,
         max_pixels: int = MAX_PIXELS,
         allow_damaged: bool = False,
     ) -> None:
         self._image = image
         self._importance = importance
+        self._subject = subject
         self._limits = (max_pixels, allow_damaged)
         self._seconds: dict[str, float] = {}
         self._state = self._begin(Options()._checked, self._seconds, _silent)
@@ -197,7 +220,7 @@ class Session:
         session = object.__new__(Session)
         session._limits, session._may_change, session._seconds = self._limits, self._may_change, {}
         if self._may_change:
-            session._image, session._importance = self._image, importance
+            session._image, session._importance, session._subject = self._image, importance, self._subject
         reading = _core.Reading(background, Options()._checked, *self._limits)
         session._state = _state(photo, heard._replace(of_importance=[]), importance, reading, session._seconds)
         return session
@@ -266,19 +289,25 @@ class Session:
         if self._may_change:
             is_called = callable(self._importance)
             is_settled = isinstance(packed[1], str) or is_called or _is_opaque(self._importance)
-            if not (core.is_never_reduced and _is_opaque(self._image) and is_settled):
-                given = (self._image, _not_packed if is_called else self._importance)
+            of_mask = self._subject is None or callable(self._subject) or self._finds_subject or _is_opaque(self._subject)
+            if not (core.is_never_reduced and _is_opaque(self._image) and is_settled and of_mask):
+                subject = _no_subject_packed if callable(self._subject) else self._subject
+                given = (self._image, _not_packed if is_called else self._importance, subject)
         return _unpacked, (packed, heard, given, self._limits)
 
     @classmethod
-    def _of(cls, state: _State, given: tuple[ImageLike, ImportanceLike] | None, limits: tuple[int, bool]) -> Session:
+    def _of(cls, state: _State, given: tuple[ImageLike, ImportanceLike, SubjectLike] | None, limits: tuple[int, bool]) -> Session:
         """Return a session with what it has read; `given` is what can be read again, if it may have to be."""
         session = object.__new__(cls)
         session._state, session._limits, session._may_change = state, limits, given is not None
         session._seconds = {}
         if given is not None:
-            session._image, session._importance = given
+            session._image, session._importance, session._subject = given
         return session
+
+    @property
+    def _finds_subject(self) -> bool:
+        return isinstance(self._subject, str) and self._subject == AUTO
 
     def __repr__(self) -> str:
         session = self._state.session
@@ -331,14 +360,14 @@ class Session:
     def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         reading = reading_of(options, *self._limits)
         # Later options may want the colour.
-        photo, heard = _read_photo(self._image, reading, seconds, report, colour=True)
+        photo, heard = _read_photo(self._image, self._subject, reading, seconds, report, colour=True)
         return _state(photo, heard, self._importance, reading, seconds)
 
 
 def _unpacked(
     packed: tuple[_core.Photo, str | _core.Photo, tuple[int, int, int]],
     heard: _Heard,
-    given: tuple[ImageLike, ImportanceLike] | None,
+    given: tuple[ImageLike, ImportanceLike, SubjectLike] | None,
     limits: tuple[int, bool],
 ) -> Session:
     """Return the session that was pickled."""
@@ -349,10 +378,17 @@ def _unpacked(
 
 def _not_packed(luma: npt.NDArray[np.float32]) -> str:
     """Refuse to stand for the callable that a session was begun with."""
-    raise InvalidInputError(
-        "these options ask for the importance to be made again by a callable, which was not pickled with the session: "
-        "begin a new session"
-    )
+    raise InvalidInputError(_LEFT_BEHIND.format("importance"))
+
+
+def _no_subject_packed(rgb: npt.NDArray[np.uint8]) -> None:
+    """Refuse likewise."""
+    raise InvalidInputError(_LEFT_BEHIND.format("subject"))
+
+
+_LEFT_BEHIND = (
+    "these options ask for the {} to be made again by a callable, which was not pickled with the session: begin a new session"
+)
 
 
 def _is_opaque(given: object) -> bool:
@@ -441,14 +477,72 @@ def _drawing(core: _core.Drawing, options: Options, seconds: dict[str, float], h
 
 
 def _read_photo(
-    image: ImageLike, reading: _core.Reading, seconds: dict[str, float], report: Progress, *, colour: bool
+    image: ImageLike,
+    subject: SubjectLike,
+    reading: _core.Reading,
+    seconds: dict[str, float],
+    report: Progress,
+    *,
+    colour: bool,
 ) -> tuple[_core.Photo, _Heard]:
-    """Return the image for the core, and what was heard of its file."""
+    """Return the image for the core, with its subject if one is named, and what was heard of their files."""
     report("decoding", 0.0)
     start = time.perf_counter()
     photo, warning, decoder = read_photo(image, reading, colour=colour)
     seconds["decoding"] = time.perf_counter() - start
-    return photo, _Heard([warning] if warning else [], [], decoder)
+    heard = [warning] if warning else []
+    if subject is not None:
+        start = time.perf_counter()
+        photo, warning = _with_subject(photo, image, subject, reading)
+        seconds["subject"] = time.perf_counter() - start
+        heard += [warning] if warning else []
+    return photo, _Heard(heard, [], decoder)
+
+
+def _with_backdrop(options: Options, subject: SubjectLike, backdrop: str | None) -> Options:
+    """Return the options with a backdrop, if one is named.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is no such backdrop, or nothing that it could be behind.
+    """
+    if backdrop is None:
+        return options
+    options = options.replace(backdrop=backdrop)
+    if subject is None:
+        raise InvalidInputError(f'backdrop is "{backdrop}", but it must be left out without a subject, from which it steps back')
+    return options
+
+
+def _with_subject(
+    photo: _core.Photo, image: ImageLike, subject: SubjectLike, reading: _core.Reading
+) -> tuple[_core.Photo, str | None]:
+    """Return the photo with its subject, and what is to be said of that."""
+    mask: Any = subject
+    if callable(subject) or (isinstance(subject, str) and subject == AUTO):
+        from graphstipple import subject as subjects  # noqa: PLC0415  # it is asked for OpenCV
+
+        rgb = subjects.rgb_of(image, photo, reading)
+        if callable(subject):
+            mask = subject(rgb)
+        else:
+            found = subjects.found(rgb)
+            mask = None if found is None else subjects.as_photo(found)
+        if mask is None:
+            # Named as the command line names it.
+            name = f"{os.fsdecode(image)}: " if isinstance(image, str | os.PathLike) else ""
+            return photo, name + subjects.NONE_FOUND
+    elif isinstance(subject, str) and is_text(subject) and not any(character in subject for character in "./\\"):
+        raise InvalidInputError(f'subject is "{subject}", but it must be "{AUTO}" or the path of an image file')
+    warning = None
+    if not isinstance(mask, _core.Photo):
+        is_file = is_pil(mask) or isinstance(mask, str | os.PathLike | bytes)
+        if not is_file and getattr(mask, "ndim", 2) != 2:
+            raise InvalidInputError(f"the subject has the shape {np.asarray(mask).shape}, but it must be (height, width)")
+        mask, warning, _ = read_photo(mask, reading, "subject")
+    photo = photo.with_subject(mask)
+    return photo, warning if photo.subject is not None else _core.NO_SUBJECT
 
 
 def _read_importance(

@@ -159,6 +159,10 @@ class OptionFields:
         Factor on distances from middle grey. 0 to 10.
     invert : bool
         Swaps black and white in the photo. True, False.
+    backdrop : {"keep", "soften", "fade", "paper", "ink"}
+        What becomes of all but the subject. Where a subject is given: keep leaves it as it is; soften has half the contrast
+        and fewer nodes; fade has dots around the subject that grow smaller to nothing; paper is white, ink black. Keep,
+        soften, fade, paper, ink.
     background : str
         What shows through transparent parts. Those of the photo, and of a map of one's own. White, black, #rrggbb, #rgb.
     threads : int, optional
@@ -200,5 +204,6 @@ class OptionFields:
     gamma: float = 1.0
     contrast: float = 1.0
     invert: bool = False
+    backdrop: Literal["keep", "soften", "fade", "paper", "ink"] = "fade"
     background: str = "white"
     threads: int | None = None

@@ -26,6 +26,7 @@ def batch(
     options: Options | RecordedOptions | None = None,
     importance: str | os.PathLike[str] = "saliency",
     *,
+    subject: str | None = None,
     formats: Iterable[str] = ("svg",),
     settings: Mapping[str, Any] | None = None,
     recursive: bool = True,
@@ -52,6 +53,8 @@ def batch(
         By default ``Options()``.
     importance : str or path
         A name, or the file of a map, as for `draw`.
+    subject : str, optional
+        "auto": what the rest of every photo steps back from, as `backdrop` of the options says.
     formats : iterable of str
         The suffixes of the files that are written of every drawing.
     settings : mapping, optional
@@ -92,6 +95,8 @@ def batch(
     if text != "saliency" or not isinstance(importance, str):
         # A path is no name, even where it looks like one.
         words += ["--importance", text if isinstance(importance, str) else str(Path(text).absolute())]
+    if subject is not None:
+        words += ["--subject", os.fspath(subject)]
     words += of_settings(plain_settings(settings or {}))
     named = [photos] if isinstance(photos, str | os.PathLike) else photos
     asked = Asked(

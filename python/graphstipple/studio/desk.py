@@ -566,6 +566,9 @@ class Desk:
         self.send({"type": "refused", "of": of, "id": number, "sentence": sentence}, None)
 
 
+OF_SUBJECT = "backdrop"
+"""The option that matters with a subject alone."""
+
 _KINDS = {"draw": "draw", "view": "view", "save": "save", "open": "photo", "example": "photo", "importance": "importance"}
 """What a refusal is about, by the message that is refused."""
 
@@ -594,15 +597,22 @@ def _declared() -> dict[str, Any]:
         }
         for it in SETTINGS.values()
     ]
+    schema = _core.options_schema()
+    # A page has no subject that anything could step back from.
+    del schema["properties"][OF_SUBJECT]
+
+    def values(preset: str) -> dict[str, Any]:
+        return {name: value for name, value in flat(_core.preset(preset).values()).items() if name != OF_SUBJECT}
+
     return {
         "version": _core.__version__,
-        "schema": _core.options_schema(),
+        "schema": schema,
         "settings": settings,
         "formats": [{"suffix": suffix, "name": name, "description": holds} for suffix, name, holds, _ in _core.formats()],
         # A path is what a page may not name.
         "sources": [{"form": form, "description": stands} for form, stands in _core.sources() if " " not in form],
         "presets": [
-            {"name": name, "description": description, "inks": inks, "values": flat(_core.preset(name).values())}
+            {"name": name, "description": description, "inks": inks, "values": values(name)}
             for name, description, inks in _core.presets()
         ],
     }

@@ -13,7 +13,7 @@ use graphstipple_core::{Export, Format, Options};
 
 use crate::command::{STANDARD, command};
 use crate::error::{Error, Result};
-use crate::files::format_of_path;
+use crate::files::{Subject, format_of_path};
 use crate::messages::{in_flags, usage};
 use crate::plotter::Plotter;
 use crate::rules::Keeper;
@@ -33,6 +33,8 @@ pub(crate) struct Job {
     /// A picture of it, and its width.
     pub(crate) preview: Option<(PathBuf, Option<usize>)>,
     pub(crate) importance: Source,
+    /// Where the photo's subject comes from, if the rest is to step back.
+    pub(crate) subject: Option<Subject>,
     /// The bytes of the map's file, where somebody has them already.
     pub(crate) map: Option<Arc<Vec<u8>>>,
     pub(crate) options: Checked<Options>,
@@ -87,6 +89,15 @@ impl Job {
 
         let options = options(matches, preset.as_ref()).and_then(Options::check).map_err(in_flags)?;
         let importance = Source::parse(text("importance").unwrap_or(KINDS[0].form)).map_err(in_flags)?;
+        let subject = text("subject").map(Subject::parse).transpose().map_err(|error| match error {
+            Error::Core(error) => in_flags(error),
+            other => other,
+        })?;
+        if let (None, Some(backdrop)) = (&subject, text("backdrop")) {
+            return Err(Error::Usage(format!(
+                "--backdrop is {backdrop}, but it must be left out without a --subject, from which it steps back"
+            )));
+        }
         let photo = one_photo(matches)?.filter(|photo| photo != Path::new(STANDARD));
         let output = path("output").filter(|output| output != Path::new(STANDARD));
         let writer_of = |format: &Format| {
@@ -119,6 +130,7 @@ impl Job {
             others,
             preview,
             importance,
+            subject,
             map: None,
             options,
             reading,
@@ -162,6 +174,9 @@ impl Job {
         let mut sources: Vec<&Path> = self.photo.as_deref().into_iter().collect();
         if let Source::File(map) = &self.importance {
             sources.push(Path::new(map));
+        }
+        if let Some(Subject::File(mask)) = &self.subject {
+            sources.push(mask);
         }
         for written in self.paths_to_write() {
             if sources.iter().any(|source| is_same_file(written, source)) {

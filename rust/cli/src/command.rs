@@ -76,7 +76,7 @@ pub(crate) fn command(with_all: bool) -> Command {
         .chain(of_options)
         .chain(of_rules(with_all))
         .chain(of_pen(with_all))
-        .chain([importance(with_all), published(with_all)])
+        .chain([importance(with_all), subject(with_all), published(with_all)])
         .chain(of_reading(with_all))
         .chain(of_print(with_all))
         .collect();
@@ -331,6 +331,18 @@ fn importance(with_all: bool) -> Arg {
         .value_hint(ValueHint::FilePath)
         .help(format!("Where detail is wanted: {} [default {}]", kinds.join(", "), KINDS[0].form))
         .help_heading(Group::Nodes.title())
+}
+
+/// What the rest steps back from.
+fn subject(with_all: bool) -> Arg {
+    let more = if with_all { " (white where it is), of any size; auto comes with Python's command" } else { "" };
+    Arg::new("subject")
+        .long("subject")
+        .value_name("SOURCE")
+        .value_hint(ValueHint::FilePath)
+        .help(format!("What the rest steps back from: auto, or the path of a mask{more}"))
+        .help_heading(Group::Tones.title())
+        .hide(!with_all)
 }
 
 /// The parameters of the published method, any number of them.

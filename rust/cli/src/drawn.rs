@@ -106,10 +106,19 @@ fn read(job: &Job, input: &mut Input, options: &Checked<Options>, control: &Cont
     let of_photo = decoded.warning.map(|warning| files::told(input.path(), &warning));
     let photo = decoded.photo;
     seconds.insert("decoding".to_owned(), begin.elapsed().as_secs_f64());
+    let (photo, of_subject) = match &job.subject {
+        Some(subject) => {
+            let begin = Instant::now();
+            let found = files::with_subject(photo, input, subject, &reading, control)?;
+            seconds.insert("subject".to_owned(), begin.elapsed().as_secs_f64());
+            found
+        }
+        None => (photo, None),
+    };
     // Sizes that cannot be are better told now than after the work.
     let least_radius = job.check_sizes(photo.width(), photo.height())?;
     let evaluated = files::evaluate(job.importance.clone(), job.map.as_deref(), photo.luma(), &reading, &mut seconds, control)?;
-    let warnings = of_photo.into_iter().chain(evaluated.warning).collect();
+    let warnings = of_photo.into_iter().chain(of_subject).chain(evaluated.warning).collect();
     Ok(Read { photo, importance: evaluated.importance, least_radius, decoder: decoded.decoder, warnings, seconds })
 }
 

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use graphstipple_core::stages::{Decoded, MAX_FILE_BYTES, MachineFormat, Reading, ReportFormat, Source, decode};
-use graphstipple_core::{Control, Drawing, Field, Format, Importance};
+use graphstipple_core::{Control, Drawing, Field, Format, Importance, Photo};
 
 use crate::error::{Error, Result};
 
@@ -76,6 +76,82 @@ pub fn set_fallback(fallback: Fallback) {
     FALLBACK.get_or_init(|| fallback);
 }
 
+/// Another program that finds the subject of a photo, given by its file and as it was read: the mask, of any size, and a sentence for
+/// the user where there is something to say; no mask where it finds none.
+pub type Segmenter = fn(Handed, &Photo, &Reading) -> graphstipple_core::Result<(Option<Photo>, Option<String>)>;
+
+static SEGMENTER: OnceLock<Segmenter> = OnceLock::new();
+
+/// Says who is asked, from now on, to find subjects. The first that is named stays.
+pub fn set_segmenter(segmenter: Segmenter) {
+    SEGMENTER.get_or_init(|| segmenter);
+}
+
+/// Where the subject of a photo comes from, as users name it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Subject {
+    /// The [`Segmenter`] finds it.
+    Auto,
+    /// A mask in an image file: white is the subject.
+    File(PathBuf),
+}
+
+impl Subject {
+    /// Reads a name.
+    ///
+    /// # Errors
+    /// [`graphstipple_core::Error::Option`] if it is neither `auto` nor the path of an image file; [`Error::Usage`] for `auto` where
+    /// nobody can be asked.
+    pub fn parse(name: &str) -> Result<Self> {
+        match name {
+            "auto" if SEGMENTER.get().is_none() => Err(Error::Usage(
+                "--subject auto comes with Python's command, and this one is without: pip install graphstipple, or give a mask"
+                    .to_owned(),
+            )),
+            "auto" => Ok(Self::Auto),
+            // As for an importance: a word that could be no image file is a name misspelt.
+            _ if name.contains(['.', '/', '\\']) => Ok(Self::File(name.into())),
+            _ => Err(Error::Core(graphstipple_core::Error::Option {
+                option: "subject".to_owned(),
+                value: name.to_owned(),
+                allowed: "auto or the path of an image file".to_owned(),
+            })),
+        }
+    }
+}
+
+/// What is said of a mask that shows no subject.
+pub const NO_SUBJECT: &str = "the subject's mask is below a half everywhere, so the photo is drawn as it is";
+
+/// The photo of an input with its subject, and what is to be said of that.
+///
+/// # Errors
+/// As [`Input::read`]; those of the segmenter.
+pub fn with_subject(
+    photo: Photo,
+    input: &Input,
+    subject: &Subject,
+    reading: &Reading,
+    control: &Control,
+) -> Result<(Photo, Option<String>)> {
+    let (mask, warning) = match subject {
+        Subject::Auto => {
+            let Some(segmenter) = SEGMENTER.get() else { return Ok((photo, None)) };
+            let found = segmenter(input.handed(), &photo, reading);
+            let (mask, warning) = found.map_err(|error| of_photo(input.path(), error))?;
+            (mask, warning.map(|warning| told(input.path(), &warning)))
+        }
+        Subject::File(path) => {
+            let decoded = Input::file(path).read(reading, control)?;
+            (Some(decoded.photo), decoded.warning.map(|warning| told(path, &warning)))
+        }
+    };
+    let Some(mask) = mask else { return Ok((photo, warning)) };
+    let photo = photo.with_subject(&mask)?;
+    let none = photo.subject().is_none().then(|| NO_SUBJECT.to_owned());
+    Ok((photo, none.or(warning)))
+}
+
 /// Reads an image file.
 ///
 /// # Errors
@@ -112,6 +188,11 @@ impl Input {
     /// Its path; that of standard input is `-`.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// What another program is handed of it.
+    fn handed(&self) -> Handed<'_> {
+        self.piped.as_ref().map_or(Handed::Path(&self.path), |bytes| Handed::Bytes(bytes))
     }
 
     /// Reads the image.

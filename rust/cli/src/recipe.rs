@@ -11,8 +11,8 @@ use graphstipple_core::{Control, Format, Options};
 use crate::arguments::Job;
 use crate::command;
 use crate::drawn::{self, Drawn};
-use crate::error::Result;
-use crate::files::Input;
+use crate::error::{Error, Result};
+use crate::files::{Input, Subject};
 use crate::rules::of_tone;
 
 /// How any photo is drawn and written.
@@ -41,6 +41,12 @@ impl Recipe {
     /// As the command line's own.
     pub fn of(flags: Vec<OsString>, formats: &[Format], map: Option<Vec<u8>>) -> Result<Self> {
         let job = Job::of_flags(flags, formats)?;
+        if let Some(Subject::File(mask)) = &job.subject {
+            return Err(Error::Usage(format!(
+                "--subject is {}, but of many photos it must be auto: each has a subject of its own",
+                mask.display()
+            )));
+        }
         Ok(Self { job: Job { map: map.map(Arc::new), ..job } })
     }
 

@@ -19,11 +19,16 @@ pub(crate) fn by_pillow(handed: Handed, reading: &CoreReading) -> Option<Result<
     })
 }
 
-fn asked(py: Python<'_>, handed: Handed, reading: &CoreReading) -> PyResult<Option<Decoded>> {
-    let file = match handed {
+/// What Python is handed: a path, or all bytes.
+pub(crate) fn file_of<'py>(py: Python<'py>, handed: Handed) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match handed {
         Handed::Path(path) => path.as_os_str().into_pyobject(py)?.into_any(),
         Handed::Bytes(bytes) => PyBytes::new(py, bytes).into_any(),
-    };
+    })
+}
+
+fn asked(py: Python<'_>, handed: Handed, reading: &CoreReading) -> PyResult<Option<Decoded>> {
+    let file = file_of(py, handed)?;
     let colour = reading.colour;
     let reading = Bound::new(py, Reading { reading: reading.clone() })?;
     let read = py.import("graphstipple._pillow")?.getattr("read")?.call1((file, reading, colour))?;

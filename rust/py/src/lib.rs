@@ -1,6 +1,6 @@
 //! The extension module `graphstipple._core`: extract, detach from the interpreter, call, convert; nothing else.
 //!
-//! Long work runs on a thread of its own that never calls Python ([`watch`]), but to ask Pillow ([`fallback`]); core errors become Python exceptions in one place
+//! Long work runs on a thread of its own that never calls Python ([`watch`]), but to ask Pillow ([`fallback`]) and OpenCV ([`subject`]); core errors become Python exceptions in one place
 //! ([`errors`]). What this crate does not do: check or convert what users pass (that is Python's, where the copies are visible),
 //! and anything of the method itself (that is the core's).
 
@@ -15,6 +15,7 @@ mod recipe;
 mod rules;
 mod session;
 mod stages;
+mod subject;
 mod values;
 mod watch;
 mod within;
@@ -52,6 +53,7 @@ mod _core {
     #[pymodule_init]
     fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
         graphstipple_cli::files::set_fallback(crate::fallback::by_pillow);
+        graphstipple_cli::files::set_segmenter(crate::subject::by_opencv);
         Ok(())
     }
 
@@ -63,6 +65,10 @@ mod _core {
     /// The most pixels that an image may have.
     #[pymodule_export]
     const MAX_PIXELS: u64 = graphstipple_core::stages::MAX_PIXELS;
+
+    /// What is said of a mask that shows no subject.
+    #[pymodule_export]
+    const NO_SUBJECT: &str = graphstipple_cli::files::NO_SUBJECT;
 
     /// Runs the command line with these arguments (the program's name first) and returns its exit code.
     #[pyfunction]

@@ -16,8 +16,11 @@ use crate::{arrays, errors, watch};
 /// Planes (height, width) of red, green and blue.
 type Planes<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>);
 
-/// Luma, size of the canvas, factor and colour of a photo.
-type PackedPhoto<'py> = (Bound<'py, PyArray2<f32>>, (usize, usize), usize, Option<Planes<'py>>);
+/// Where a subject is, and width, height and factor of the mask by which it was given.
+type PackedSubject<'py> = (Bound<'py, PyArray2<f32>>, [usize; 3]);
+
+/// Luma, size of the canvas, factor, colour and subject of a photo.
+type PackedPhoto<'py> = (Bound<'py, PyArray2<f32>>, (usize, usize), usize, Option<Planes<'py>>, Option<PackedSubject<'py>>);
 
 /// A photo or a map that was read, with the size of its canvas.
 #[pyclass(frozen, module = "graphstipple._core")]
@@ -28,21 +31,38 @@ pub(crate) struct Photo {
 #[pymethods]
 impl Photo {
     /// A photo of luma (height, width) that was reduced by a factor from a canvas of this width and height, with its colour if it has
-    /// one: red, green and blue, each of the luma's shape.
+    /// one: red, green and blue, each of the luma's shape; and with its subject.
     #[new]
-    #[pyo3(signature = (luma, size, factor, colour=None))]
+    #[pyo3(signature = (luma, size, factor, colour=None, subject=None))]
     fn new(
         luma: PyReadonlyArray2<'_, f32>,
         size: (usize, usize),
         factor: usize,
         colour: Option<[PyReadonlyArray2<'_, f32>; 3]>,
+        subject: Option<(PyReadonlyArray2<'_, f32>, [usize; 3])>,
     ) -> PyResult<Self> {
         let mut photo = CorePhoto::of_reduced(arrays::field(&luma)?, size.0, size.1, factor).map_err(errors::from_core)?;
         if let Some([red, green, blue]) = &colour {
             let colour = core::Colour::new(arrays::field(red)?, arrays::field(green)?, arrays::field(blue)?);
             photo = colour.and_then(|colour| photo.with_colour(colour)).map_err(errors::from_core)?;
         }
+        if let Some((mask, read)) = subject {
+            photo = photo.with_refined_subject(arrays::field(&mask)?, read).map_err(errors::from_core)?;
+        }
         Ok(Self { photo })
+    }
+
+    /// The photo with the subject that a mask shows; without one where it shows none.
+    fn with_subject(&self, py: Python<'_>, mask: &Self) -> PyResult<Self> {
+        let (photo, mask) = (self.photo.clone(), mask.photo.clone());
+        let photo = watch::run_core(py, None, move |_| photo.with_subject(&mask))?;
+        Ok(Self { photo })
+    }
+
+    /// Where the subject is, (height, width) of the luma in [0, 1]; `None` if none is known.
+    #[getter]
+    fn subject<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.photo.subject().map(|mask| arrays::from_field(py, mask.clone())).transpose()
     }
 
     /// What a pickle has of it.
@@ -60,7 +80,8 @@ impl Photo {
                 Ok::<_, PyErr>((red?, green?, blue?))
             }
         });
-        Ok((slf.get_type(), (luma, photo.size(), photo.factor(), packed.transpose()?)))
+        let subject = photo.subject(py)?.zip(photo.photo.mask_read());
+        Ok((slf.get_type(), (luma, photo.size(), photo.factor(), packed.transpose()?, subject)))
     }
 
     /// A copy of the luma that is drawn, (height, width) in [0, 1].
@@ -104,6 +125,12 @@ impl Reading {
     fn new(background: [u8; 3], options: Option<&Options>, max_pixels: u64, allow_damaged: bool) -> Self {
         let options = options.map(|options| options.checked.clone());
         Self { reading: core::Reading { background, max_pixels, allow_damaged, options, colour: false } }
+    }
+
+    /// What lies under transparent pixels: red, green and blue.
+    #[getter]
+    fn background(&self) -> (u8, u8, u8) {
+        self.reading.background.into()
     }
 
     /// Raises if an image of this size is not read.

@@ -91,7 +91,7 @@ impl Session {
     fn is_never_reduced(&self) -> bool {
         // Nothing is reduced by more than for the fewest nodes.
         let fewest = CoreOptions { nodes: Some(3), ..CoreOptions::default() };
-        self.read.iter().all(|photo| fewest.reduction(photo.width(), photo.height()) == 1)
+        self.read.iter().flat_map(CorePhoto::sizes).all(|[width, height, _]| fewest.reduction(width, height) == 1)
     }
 
     /// Draw with the options, from where they begin to differ from the last ones.

@@ -117,6 +117,22 @@ impl Typed for Only {
     }
 }
 
+words! {
+    /// What becomes of all that is not the subject, where a subject is given.
+    Backdrop {
+        /// It stays as it is.
+        Keep = "keep",
+        /// Half its contrast, and fewer nodes.
+        Soften = "soften",
+        /// Dots around the subject that grow smaller to nothing.
+        Fade = "fade",
+        /// Nothing at all: white.
+        Paper = "paper",
+        /// All black.
+        Ink = "ink",
+    }
+}
+
 /// How much of a node's error is passed on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alpha {

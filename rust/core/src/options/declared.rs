@@ -13,7 +13,7 @@
 //!
 //! The last two lines are only for options that can be absent, and for those that matter only where others say so.
 
-use super::choices::{Alpha, Crossings, ErrorWeighting, InkList, LatticeKind, Order, Point};
+use super::choices::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Order, Point};
 use super::declaration::Audience::{Everyday, Further};
 use super::declaration::Group::{Inks, Method, Nodes, Shapes, Stipples, Tones, Work};
 use super::declaration::Stage::{self, Emphasis, FirstGraph, Importance, Labels, Outlines, SecondGraph, Tone};
@@ -103,6 +103,9 @@ declare! {
         contrast: f64 = 1.0, Within(0.0, 10.0), "", Tones, Everyday, [Tone];
         /// Swaps black and white in the photo.
         invert: bool = false, Switch, "", Tones, Everyday, [Tone];
+        /// What becomes of all but the subject. Where a subject is given: keep leaves it as it is; soften has half the contrast and fewer
+        /// nodes; fade has dots around the subject that grow smaller to nothing; paper is white, ink black.
+        backdrop: Backdrop = Backdrop::Fade, Words(Backdrop::WORDS), "", Tones, Further, [Tone, Importance];
         /// What shows through transparent parts. Those of the photo, and of a map of one's own.
         background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
 

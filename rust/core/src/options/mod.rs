@@ -17,7 +17,7 @@ mod value;
 use crate::base::{Checked, Error, Result, in_one_line, or_nearest};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXELS, PIXELS_PER_NODE};
-pub use choices::{Alpha, Crossings, ErrorWeighting, InkList, LatticeKind, Only, Order, Point};
+pub use choices::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Only, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};
 pub(crate) use numbers::{bytes, in_hours};
@@ -28,11 +28,6 @@ pub use value::{Rule, Value};
 pub(crate) use value::{Typed, words};
 
 impl Options {
-    /// Whether a drawing with these options needs the colour of its photo. None does yet: // inks
-    pub fn wants_colour(&self) -> bool {
-        false
-    }
-
     /// The paper's settings: the published method as it is by [`Published::default`] (density 1 and no node budget, saliency alone,
     /// one Lloyd step), and none of what we add to it.
     pub fn paper() -> Self {

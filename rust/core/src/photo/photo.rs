@@ -11,8 +11,10 @@ use crate::base::{Error, Result};
 use crate::options::Options;
 use crate::photo::colour::Colour;
 use crate::photo::field::{Field, boxes, check_size};
+use crate::photo::subject::Subject;
 
-/// A photo's luma, whole or reduced, and the canvas that it is drawn on; its colour, if somebody wanted it. Copies share both.
+/// A photo's luma, whole or reduced, the canvas that it is drawn on, its colour if somebody wanted it, and where its subject is, if that
+/// is known. Copies share them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photo {
     luma: Arc<Field>,
@@ -20,13 +22,14 @@ pub struct Photo {
     width: usize,
     height: usize,
     factor: usize,
+    subject: Option<Arc<Subject>>,
 }
 
 impl Photo {
     /// A photo as it is.
     pub fn new(luma: Field) -> Self {
         let (width, height) = (luma.width(), luma.height());
-        Self { luma: Arc::new(luma), colour: None, width, height, factor: 1 }
+        Self { luma: Arc::new(luma), colour: None, width, height, factor: 1, subject: None }
     }
 
     /// A photo reduced by a whole factor of at least 1, but not below a pixel a side.
@@ -38,7 +41,7 @@ impl Photo {
             return Self::new(luma);
         }
         let (width, height) = (luma.width(), luma.height());
-        Self { luma: Arc::new(luma.reduced(factor)), colour: None, width, height, factor }
+        Self { luma: Arc::new(luma.reduced(factor)), colour: None, width, height, factor, subject: None }
     }
 
     /// A photo of `width` x `height` pixels that was reduced by a factor while it was read, as its luma then is.
@@ -53,7 +56,40 @@ impl Photo {
                 "the luma has {columns} x {rows} pixels, which are not {width} x {height} pixels reduced by {factor}"
             )));
         }
-        Ok(Self { luma: Arc::new(luma), colour: None, width, height, factor })
+        Ok(Self { luma: Arc::new(luma), colour: None, width, height, factor, subject: None })
+    }
+
+    /// The photo with the subject that a mask of any size shows, 1 where it is: the mask is resampled to the photo's raster, and its edge
+    /// moved to that of the photo. Without one, where the mask is below a half everywhere (see [`Photo::subject`]).
+    ///
+    /// # Errors
+    /// As [`Field::resample`].
+    pub fn with_subject(self, mask: &Self) -> Result<Self> {
+        let read = [mask.width, mask.height, mask.factor];
+        let subject = Subject::of(&mask.luma, read, &self.luma)?.map(Arc::new);
+        Ok(Self { subject, ..self })
+    }
+
+    /// The photo with a subject as [`Photo::subject`] and [`Photo::mask_read`] tell of it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the mask has not the size of the luma.
+    pub fn with_refined_subject(self, mask: Field, read: [usize; 3]) -> Result<Self> {
+        if [mask.width(), mask.height()] != [self.luma.width(), self.luma.height()] {
+            let (has, needs) = ((mask.width(), mask.height()), (self.luma.width(), self.luma.height()));
+            return Err(Error::Input(format!("the mask has {} x {} pixels, but the luma {} x {}", has.0, has.1, needs.0, needs.1)));
+        }
+        Ok(Self { subject: Some(Arc::new(Subject { mask, read })), ..self })
+    }
+
+    /// Where the subject is, on the photo's raster: 1 within, 0 outside, in between at its edge; `None` if none is known.
+    pub fn subject(&self) -> Option<&Field> {
+        self.subject.as_ref().map(|subject| &subject.mask)
+    }
+
+    /// Width and height of the mask that the subject was given by, and by how much it was reduced.
+    pub fn mask_read(&self) -> Option<[usize; 3]> {
+        self.subject.as_ref().map(|subject| subject.read)
     }
 
     /// The photo with a colour of the size of its luma.
@@ -92,8 +128,8 @@ impl Photo {
     }
 
     /// The luma, shared.
-    pub(crate) fn into_shared_luma(self) -> Arc<Field> {
-        self.luma
+    pub(crate) fn shared_luma(&self) -> Arc<Field> {
+        Arc::clone(&self.luma)
     }
 
     /// Width of the canvas in pixels, that of the photo.
@@ -111,9 +147,14 @@ impl Photo {
         self.factor
     }
 
-    /// Whether it is reduced as these options ask for.
+    /// Whether it, and the mask of its subject, are reduced as these options ask for.
     pub fn fits(&self, options: &Options) -> bool {
-        options.reduction(self.width, self.height) == self.factor
+        self.sizes().all(|[width, height, factor]| options.reduction(width, height) == factor)
+    }
+
+    /// Width, height and factor of all that was read of it: the photo, and the mask of its subject.
+    pub fn sizes(&self) -> impl Iterator<Item = [usize; 3]> {
+        [[self.width, self.height, self.factor]].into_iter().chain(self.mask_read())
     }
 }
 

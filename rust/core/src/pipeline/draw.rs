@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::base::{Checked, Control, Pool, Result, Step};
+use crate::base::{Checked, Control, Palette, Pool, Result, Step};
 use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats, VERSION, assemble};
 use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
@@ -22,9 +22,10 @@ use crate::importance::Importance;
 use crate::labels::{
     Labels, Refinement, STRUCTURED, Stippled, clean, drawn_tones, grounds, refine, split, stipple, structured_mean,
 };
-use crate::options::{Crossings, ErrorWeighting, Options, Stage};
-use crate::outlines::{Bands, Nodes, Shaping, outline};
-use crate::photo::{Field, Photo, adjusted, emphasize, emphasize_and_off, off_blurred};
+use crate::options::{Backdrop, Crossings, ErrorWeighting, Options, Stage};
+use crate::outlines::{Bands, Nodes, Parts, Shaping, Tones, outline};
+use crate::photo::{Field, Photo, adjusted, attended, backed, emphasize, emphasize_and_off, off_blurred};
+use crate::pipeline::inking::{labels_of_inks, palette_of};
 use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
 use crate::pipeline::needs::Needs;
 use crate::sites::{FirstGraph, keep, kept_sites, lattice_values, relax};
@@ -97,14 +98,20 @@ pub(crate) fn draw_with(
     control: &Control,
     memory: &mut Memory,
 ) -> Result<Outcome> {
-    let provenance = Provenance {
-        version: VERSION.to_owned(),
-        importance: importance.name(),
-        options: options.to_json(),
-        rest: serde_json::Map::new(),
-    };
+    let mut told = options.to_json();
+    if photo.subject().is_none() {
+        // Without a subject there is no rest to say anything of.
+        told.shift_remove("backdrop");
+    }
+    let provenance =
+        Provenance { version: VERSION.to_owned(), importance: importance.name(), options: told, rest: serde_json::Map::new() };
     let pixels = (photo.width() * photo.height()) as f64;
-    let needs = Needs::of(&options.on_raster(pixels, photo.factor()), &importance);
+    let mut seen = options.on_raster(pixels, photo.factor());
+    if photo.subject().is_none() {
+        // There is nothing to step back, so no stage runs again for another backdrop.
+        seen.to_mut().backdrop = Backdrop::default();
+    }
+    let needs = Needs::of(&seen, &importance);
     let budget = options.budget(pixels);
     let stats = Stats {
         width: photo.width(),
@@ -180,12 +187,13 @@ fn run(
     memory: &mut Memory,
 ) -> Result<Outcome> {
     let (canvas, factor) = ((photo.width(), photo.height()), photo.factor());
-    let luma = photo.into_shared_luma();
+    let luma = photo.shared_luma();
     let (width, height) = (luma.width(), luma.height());
     let (pixels, control) = ((width * height) as f64, stages.control);
 
     let tone = stages.run_unless_kept(Step::Lattice, &mut memory.tone, needs.at(Stage::Tone), |needs| {
         let tone = adjusted(&luma, needs)?;
+        let tone = if let Some(mask) = photo.subject() { backed(tone, mask, needs.backdrop) } else { tone };
         let (mean, range) = (tone.mean(), tone.range());
         let adjusted = match tone {
             Cow::Owned(field) => Some(field),
@@ -211,17 +219,27 @@ fn run(
     let field = stages.run_unless_kept(Step::Lattice, &mut memory.importance, needs.at(Stage::Importance), |needs| {
         let spacing = needs.budget(pixels).spacing;
         let off = off.take().or_else(|| wants_off.then(|| off_blurred(plain, spacing)));
-        importance.mixed_with(off, &emphasized, spacing, needs)
+        let mixed = importance.mixed_with(off, &emphasized, spacing, needs)?;
+        Ok(if let Some(mask) = photo.subject() { attended(mixed, mask, spacing, needs.backdrop) } else { mixed })
     })?;
     // Smooth parts are stippled by the tone as it is.
-    drop(importance);
+    // Other inks than black and white are made of its colour.
+    let coloured = needs.at(Stage::Labels).wants_colour().then(|| photo.clone());
+    drop((importance, photo));
     let plain = Plain { tone, luma };
     let first = first_graph_of(&field, needs.at(Stage::FirstGraph), &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
     let (triangulation, cells) = second_graph_of(first, emphasized, plain, needs, &mut stages, memory)?;
     let labels = stages.run_unless_kept(Step::Diffusion, &mut memory.labels, needs.at(Stage::Labels), |needs| {
+        if let Some(photo) = &coloured {
+            let palette = palette_of(photo, needs)?;
+            if !palette.is_black_and_white() {
+                return labels_of_inks(photo, palette, &triangulation, &cells, needs, control);
+            }
+        }
         labels_of(&triangulation, &cells, (width, height), mean, needs, control)
     })?;
+    drop(coloured);
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
     let components = stages.run_unless_kept(Step::Outlines, &mut memory.components, needs.at(Stage::Labels), connected)?;
     let outlined = stages.run_unless_kept(Step::Outlines, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
@@ -266,9 +284,12 @@ impl Labelled<'_> {
         };
         // From here on all is on the canvas.
         let (places, areas) = (enlarged(places, factor), enlarged_areas(areas, factor));
-        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones: followed, bands };
+        let mixed = labels.inks.as_ref().filter(|_| followed.is_some()).map(|inks| &inks.mixtures[..]);
+        let tones = mixed.map(Tones::Mixed).or(followed.map(Tones::Grey));
+        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones, bands };
+        let palette = labels.inks.as_ref().map_or_else(Palette::default, |inks| inks.palette.clone());
         let outlines = outline(triangulation, nodes, components, canvas, Shaping::of(needs), control)?;
-        let drawing = Arc::new(Drawing { provenance, ..assemble(outlines.parts)? });
+        let drawing = Arc::new(Drawing { provenance, ..assemble(Parts { palette, ..outlines.parts })? });
         let (anchors, coordinates) = drawing.count_written();
         Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
     }
@@ -326,7 +347,7 @@ fn blank(drawing: &Drawing, [low, high]: [f32; 2]) -> Option<String> {
     let way_out =
         if high - low < WIDE { "set white point and black point to auto to stretch them" } else { "draw it with more nodes" };
     (high - low > FLAT).then(|| {
-        let ink = only.ink.name();
+        let ink = drawing.palette.name(only.ink);
         format!("the whole drawing is {ink}, as the photo's tones lie between {low:.2} and {high:.2}: {way_out}")
     })
 }
@@ -347,7 +368,7 @@ fn labels_of(
         let mut labels = diffuse(graph, means, weighting, &diffusion, control)?;
         let shift = refine(graph, means, areas, None, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
         split(graph, means, &mut labels, needs.split)?;
-        return Ok(Labels { labels, shift, marks: None });
+        return Ok(Labels { labels, shift, marks: None, inks: None });
     }
     let grounds = grounds(graph, plain, needs.stippling)?;
     let tones = drawn_tones(&grounds, means);
@@ -358,7 +379,7 @@ fn labels_of(
     split(graph, &tones, &mut labels, needs.split)?;
     clean(graph, plain, &mut labels)?;
     let Stippled { labels, marks } = stipple(triangulation, &grounds, plain, areas, &labels, size, control)?;
-    Ok(Labels { labels, shift, marks: Some(marks) })
+    Ok(Labels { labels, shift, marks: Some(marks), inks: None })
 }
 
 /// The first graph of an importance on the photo's raster.

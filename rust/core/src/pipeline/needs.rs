@@ -67,7 +67,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::options::{Alpha, Crossings, ErrorWeighting, LatticeKind, Order, Point};
+    use crate::options::{Alpha, Backdrop, Crossings, ErrorWeighting, LatticeKind, Order, Point};
     use crate::photo::{Field, Photo};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
@@ -100,6 +100,7 @@ pub(crate) mod tests {
         |o| o.gamma = 1.6,
         |o| o.contrast = 0.6,
         |o| o.invert = true,
+        |o| o.backdrop = Backdrop::Ink,
         |o| o.background = "black".parse().unwrap(),
         |o| o.inks = Some(crate::options::InkList(vec![crate::base::NamedInk::of_colour([200, 0, 0])])),
         |o| o.levels = Some(5),

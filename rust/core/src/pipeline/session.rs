@@ -76,7 +76,7 @@ mod tests {
     use crate::base::{Error, Step};
     use crate::drawing::Stats;
     use crate::files::{Export, Format};
-    use crate::options::{Alpha, Point, Published};
+    use crate::options::{Alpha, Backdrop, Point, Published};
     use crate::photo::Field;
     use crate::pipeline::draw::draw;
     use crate::pipeline::needs::tests::{CHANGES, busy, importances};
@@ -91,8 +91,14 @@ mod tests {
         Photo::new(Field::new(width, height, (0..width * height).map(value).collect()).unwrap())
     }
 
+    /// A subject in the middle, of a mask of another size.
+    fn mask() -> Photo {
+        let within = |i: usize| (6..18).contains(&(i % 24)) && (4..14).contains(&(i / 24));
+        Photo::new(Field::new(24, 18, (0..24 * 18).map(|i| f32::from(u8::from(within(i)))).collect()).unwrap())
+    }
+
     fn session(which: usize) -> Session {
-        Session::new(photo(48, 36), importances(48, 36)[which].clone())
+        Session::new(photo(48, 36).with_subject(&mask()).unwrap(), importances(48, 36)[which].clone())
     }
 
     /// The same options drawn from the start.
@@ -186,6 +192,26 @@ mod tests {
         assert_eq!(stages(&made), ["diffusion", "lattice", "outlines", "tone"]);
         assert!(Arc::ptr_eq(&made.graph, &before.graph));
         assert_equal(made, fresh(&session, &brighter).unwrap());
+    }
+
+    #[test]
+    fn a_backdrop_matters_with_a_subject_alone() {
+        let ink = Options { backdrop: Backdrop::Ink, ..Options::default() };
+        let mut without = Session::new(photo(48, 36), Importance::Constant(1.0));
+        let first = redrawn(&mut without, &Options::default());
+        assert!(!first.drawing.provenance.options.contains_key("backdrop"));
+        let again = redrawn(&mut without, &ink);
+        assert!(stages(&again).is_empty() && Arc::ptr_eq(&again.drawing, &first.drawing));
+        // What is kept is drawn as if there were no subject.
+        let mut with = Session::new(photo(48, 36).with_subject(&mask()).unwrap(), Importance::Constant(1.0));
+        let kept = redrawn(&mut with, &Options { backdrop: Backdrop::Keep, ..Options::default() });
+        assert_eq!((&kept.drawing.curves, &kept.drawing.stipples), (&first.drawing.curves, &first.drawing.stipples));
+        assert_eq!(kept.drawing.provenance.options["backdrop"], "keep");
+        let made = redrawn(&mut with, &ink);
+        assert_ne!(made.drawing.curves, first.drawing.curves);
+        assert_equal(made, fresh(&with, &ink).unwrap());
+        let blank = photo(48, 36).with_subject(&Photo::new(Field::constant(2, 2, 0.2).unwrap())).unwrap();
+        assert_eq!(blank, photo(48, 36));
     }
 
     #[test]
