@@ -285,8 +285,8 @@ def test_the_same_bytes_in_every_run(suffix: str, style: dict[str, Any], tmp_pat
 
 def test_saved_text_is_what_the_methods_return(tmp_path: Path) -> None:
     drawing = drawn("camera")
-    drawing.save(tmp_path / "drawing.svg", "200mm", margin="1cm", page="A3", inks="both")
-    assert (tmp_path / "drawing.svg").read_text("utf-8") == drawing.svg(width="200mm", margin="1cm", page="A3", inks="both")
+    drawing.save(tmp_path / "drawing.svg", "200mm", margin="1cm", page="A3", only="black,white")
+    assert (tmp_path / "drawing.svg").read_text("utf-8") == drawing.svg(width="200mm", margin="1cm", page="A3", only="black,white")
     drawing.save(tmp_path / "drawing.json")
     assert (tmp_path / "drawing.json").read_text("utf-8") == drawing.json()
 
@@ -372,7 +372,7 @@ def test_dxf_is_in_millimetres(sizes: dict[str, Any], page: tuple[float, float],
 
 
 def test_a_dxf_has_every_boundary_once(tmp_path: Path) -> None:
-    drawn("camera").save(path := tmp_path / "drawing.dxf", inks="both")
+    drawn("camera").save(path := tmp_path / "drawing.dxf", only="black,white")
     document = readers.dxf(path)
     colours = {layer.dxf.name: layer.color for layer in document.layers if layer.dxf.name.lower() not in {"0", "defpoints"}}
     assert colours == {"black-regions": 7, "black-stipples": 7, "white-regions": 1, "white-stipples": 1}

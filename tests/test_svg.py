@@ -265,7 +265,7 @@ def test_an_empty_canvas_reads_back(value: int, style: dict[str, Any], tmp_path:
 def lighter(paint: Callable[[str, int, int], Any], drawing: gs.Drawing, scale: int) -> tuple[Any, Any]:
     """Return by how much every pixel of both inks is lighter than black alone on white: as it is, and without the underlay."""
     width, height = scale * drawing.width, scale * drawing.height
-    document = drawing.svg(inks="both")
+    document = drawing.svg(only="black,white")
     bare = re.sub(r'<g id="underlay".*?</g>', "", document, flags=re.S)
     assert bare != document
     black, with_underlay, without = (paint(svg, width, height).astype(int) for svg in (drawing.svg(), document, bare))

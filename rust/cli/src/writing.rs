@@ -244,6 +244,7 @@ mod tests {
 
     fn dot() -> Drawing {
         Drawing {
+            palette: graphstipple_core::stages::Palette::default(),
             width: 20,
             height: 10,
             curves: vec![],

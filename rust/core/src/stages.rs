@@ -4,7 +4,7 @@
 //! [`draw`](crate::draw) and what reads and writes files make their own where there is none.
 
 // What all stages share: the geometry of the canvas, inks and colours.
-pub use crate::base::{Color, Ink, Side, nearest, signed_area};
+pub use crate::base::{Color, Ink, MOST_INKS, MOST_OVERPRINTED, NamedInk, Palette, Side, nearest, signed_area};
 // Threads that the stages work on.
 pub use crate::base::Pool;
 // What options hold.
@@ -32,11 +32,11 @@ pub use crate::diffusion::{Diffusion, diffuse, diffuse_inks, tonal_share};
 // Where nodes are.
 pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, relax};
 // What is black and what is white.
-pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
+pub use crate::labels::{Labels, Marks, OfInks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
 // What has which of several inks.
 pub use crate::labels::{Inked, NO_GROUND, clean_inks, grounds_inks, label_inks, refine_inks, split_inks, stipple_inks};
 // From labels to shapes.
-pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
+pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, Tones, crossing, outline};
 // The drawing as data.
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.

@@ -180,9 +180,9 @@ impl Drawing {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The drawing as grey values (height, width), or of a part of it: left, top, right and bottom in pixels of the canvas.
+    /// The drawing as grey values (height, width), or as colours (height, width, 3) if it has other inks than black, or of a part of it: left, top, right and bottom in pixels of the canvas.
     #[pyo3(signature = (width=None, part=None))]
-    fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>, part: Option<[f64; 4]>) -> PyResult<Bound<'py, PyArray2<u8>>> {
+    fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>, part: Option<[f64; 4]>) -> PyResult<Bound<'py, PyAny>> {
         let drawing = Arc::clone(&self.drawing);
         let raster = watch::run_core(py, None, move |_| match part {
             None => raster::rasterize(&drawing, width),
@@ -192,7 +192,25 @@ impl Drawing {
                 raster::rasterize_part(&drawing, part, width)
             }
         })?;
-        arrays::from_rows(py, [raster.height, raster.width], raster.values)
+        let rows = arrays::from_rows(py, [raster.height, raster.width * raster.channels], raster.values)?;
+        if raster.channels == 1 {
+            return Ok(rows.into_any());
+        }
+        Ok(rows.reshape([raster.height, raster.width, raster.channels])?.into_any())
+    }
+
+    /// The inks as (name, (red, green, blue)), the paper's colour and whether inks lie over each other.
+    #[getter]
+    fn palette(&self) -> (Vec<(String, [u8; 3])>, [u8; 3], bool) {
+        let palette = &self.drawing.palette;
+        (palette.inks().iter().map(|ink| (ink.name.clone(), ink.rgb)).collect(), palette.paper(), palette.overprint())
+    }
+
+    /// The plate of an ink, by its number.
+    fn plate(&self, py: Python<'_>, ink: usize) -> PyResult<Self> {
+        let drawing = Arc::clone(&self.drawing);
+        let plate = watch::run_core(py, None, move |_| drawing.plate(ink))?;
+        Ok(Self { drawing: Arc::new(plate) })
     }
 
     /// Height and PNG of a part of the drawing, so many pixels wide, made as quickly as can be.

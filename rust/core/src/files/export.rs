@@ -318,7 +318,7 @@ mod tests {
         let mut export = Export::default();
         for (name, value) in [
             ("style", word("layered")),
-            ("inks", word("both")),
+            ("only", word("black,white")),
             ("paper", word("#1aF")),
             ("elements", word("marks")),
             ("dots", word("strokes")),
@@ -348,12 +348,13 @@ mod tests {
                 dots,
                 curves,
                 layout,
-                one_bit: true
+                one_bit: true,
+                no_paper: false
             }
         );
         export.set("paper", &word("none")).unwrap();
-        assert_eq!(export.paper, None);
-        Export { elements: Elements::Layers, ..export }.check().unwrap();
+        assert_eq!((&export.paper, export.no_paper), (&None, true));
+        Export { elements: Elements::Layers, only: Only::default(), ..export }.check().unwrap();
     }
 
     #[test]
@@ -381,7 +382,10 @@ mod tests {
 
     #[test]
     fn what_would_not_show_or_does_not_go_together_is_refused() {
-        let told = |export: Export| export.check().err().map(|error| error.to_string());
+        let told = |export: Export| {
+            let checked = export.check().and_then(|export| export.check_palette(&Palette::default()));
+            checked.err().map(|error| error.to_string())
+        };
         let on = |paper: &str| Export { paper: Some(paper.parse().unwrap()), ..Export::default() };
         let rule = "but it must be another colour than black: nothing drawn in black ink would show on it";
         assert_eq!(told(on("#000")), Some(format!("paper is #000, {rule}")));
@@ -406,7 +410,7 @@ mod tests {
         let export = Export { style: Style::Layered, only: Only::named(&["white"]), ..Export::default() };
         assert_eq!(
             export.check().unwrap_err().to_string(),
-            "inks is white, but it must be left out when style is layered: a layered drawing has both inks"
+            "only is white, but it must be left out when style is layered: a layered drawing has all inks"
         );
     }
 }

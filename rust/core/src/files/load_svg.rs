@@ -236,6 +236,10 @@ impl Reader {
         let pixels = |name: &str| value(name).parse::<usize>().map_err(|_| missing(name));
         let (width, height) = (pixels("width")?, pixels("height")?);
         check_size(width, height)?;
+        if about.has_attribute("inks") {
+            let what = "an SVG of other inks than black on white is not read back: save the drawing as .json too";
+            return Err(crate::Error::Input(what.to_owned()));
+        }
         let units = number(value("units")).filter(|units| *units >= 1.0).ok_or_else(|| missing("units"))?;
         let ground = match about.attribute("ground") {
             None => Ink::WHITE,

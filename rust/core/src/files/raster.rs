@@ -843,7 +843,7 @@ mod tests {
         assert_eq!((info.bit_depth, info.color_type), (BitDepth::Eight, ColorType::Grayscale));
         assert_eq!(values, raster.values);
         assert_eq!(decode(&encode_png_at_once(&raster).unwrap()).1, raster.values);
-        assert!(encode_png(&Raster { width: 3, height: 3, values: vec![0; 8] }).is_err());
+        assert!(encode_png(&Raster { width: 3, height: 3, channels: 1, values: vec![0; 8] }).is_err());
     }
 
     #[test]
@@ -869,7 +869,7 @@ mod tests {
         let [black, white, red] = [[0; 3], [255; 3], [200, 16, 32]].map(|rgb| rgb.to_vec());
         for one_bit in [false, true] {
             export.paper = Some("#c81020".parse().unwrap());
-            let flat = |only: Only| Export { inks, one_bit, ..export.clone() };
+            let flat = |only: Only| Export { only, one_bit, ..export.clone() };
             assert_eq!(at(&flat(Only::default())), [&black, &red, &red, &red].map(Clone::clone));
             assert_eq!(at(&flat(Only::named(&["white"]))), [&red, &white, &white, &red].map(Clone::clone));
             assert_eq!(at(&Export { style: crate::files::Style::Layered, ..flat(Only::default()) }), at(&flat(Only::default())));

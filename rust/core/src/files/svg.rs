@@ -382,7 +382,7 @@ mod tests {
     const UNITS: f64 = 16.0;
 
     fn flat(only: Only) -> Export {
-        Export { inks, ..Export::default() }
+        Export { only, ..Export::default() }
     }
 
     fn layered() -> Export {
