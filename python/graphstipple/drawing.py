@@ -535,7 +535,7 @@ class Drawing:
         if ink not in names:
             allowed = ", ".join(f'"{name}"' for name in names[:-1]) + f' or "{names[-1]}"'
             raise InvalidInputError(f"ink is {ink!r}, but it must be {allowed}")
-        return Drawing(self._core.plate(names.index(ink)), self._seconds, self._decoder)
+        return Drawing(self._core.plate(names.index(ink)), self._options, self._seconds, self._decoder)
 
     @cached_property
     def stats(self) -> dict[str, Any]:

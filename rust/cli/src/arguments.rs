@@ -118,7 +118,9 @@ impl Job {
         formats.iter().try_for_each(|format| check_units(matches, *format))?;
         let keeper = Keeper::of(matches, preset.as_ref(), min_dot)?;
         if keeper.is_some() && options.wants_colour() {
-            return Err(Error::Usage("rules are for one ink: draw with several, and keep rules for the plates one by one".to_owned()));
+            return Err(Error::Usage(
+                "rules are for one ink: draw with several, and keep rules for the plates one by one".to_owned(),
+            ));
         }
         let plotter = Plotter::of(matches, output.as_deref(), preset.as_ref())?;
         let limits = limits(matches).map_err(in_flags)?;

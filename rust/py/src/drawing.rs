@@ -9,7 +9,7 @@ use graphstipple_cli::files::{self, format_of_path};
 use graphstipple_cli::writing::Target;
 use graphstipple_core::stages::{Ink, Source, Writer, draw_owned, named_length, raster};
 use graphstipple_core::{Drawing as CoreDrawing, Error, Format, Outcome};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::{Map, Value as Json};
@@ -196,7 +196,7 @@ impl Drawing {
         if raster.channels == 1 {
             return Ok(rows.into_any());
         }
-        Ok(rows.reshape([raster.height, raster.width, raster.channels])?.into_any())
+        Ok(PyArrayMethods::reshape(&rows, [raster.height, raster.width, raster.channels])?.into_any())
     }
 
     /// The inks as (name, (red, green, blue)), the paper's colour and whether inks lie over each other.
@@ -210,7 +210,7 @@ impl Drawing {
     fn plate(&self, py: Python<'_>, ink: usize) -> PyResult<Self> {
         let drawing = Arc::clone(&self.drawing);
         let plate = watch::run_core(py, None, move |_| drawing.plate(ink))?;
-        Ok(Self { drawing: Arc::new(plate) })
+        Ok(Self { stats: counts(&plate), drawing: Arc::new(plate), warnings: Vec::new(), outcome: None })
     }
 
     /// Height and PNG of a part of the drawing, so many pixels wide, made as quickly as can be.

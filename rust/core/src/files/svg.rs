@@ -9,7 +9,7 @@
 //! attributes of the root element alone; the data stay in pixels of the canvas. The provenance is JSON in `<metadata>`: enough to
 //! make the drawing again.
 
-use crate::base::{Ink, Palette, Result, WrittenPalette};
+use crate::base::{Palette, Result, WrittenPalette};
 use crate::drawing::{Drawing, Mark};
 use crate::files::export::{Dots, Elements, Export};
 use crate::files::layers::{Area, Ground, Layer, Layers, Outline};
@@ -376,6 +376,7 @@ mod tests {
     use kurbo::{Affine, BezPath, PathEl, Shape};
 
     use super::*;
+    use crate::base::Ink;
     use crate::files::layers::Style;
     use crate::options::Only;
 
