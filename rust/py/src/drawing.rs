@@ -107,6 +107,9 @@ impl Drawing {
     }
 }
 
+/// Inks by name with their colours, the paper's colour, and whether inks lie over each other.
+type Palette = (Vec<(String, [u8; 3])>, [u8; 3], bool);
+
 /// Circles (n, 3) and inks (n,) of the dots.
 pub(crate) type StippleArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u8>>);
 
@@ -201,7 +204,7 @@ impl Drawing {
 
     /// The inks as (name, (red, green, blue)), the paper's colour and whether inks lie over each other.
     #[getter]
-    fn palette(&self) -> (Vec<(String, [u8; 3])>, [u8; 3], bool) {
+    fn palette(&self) -> Palette {
         let palette = &self.drawing.palette;
         (palette.inks().iter().map(|ink| (ink.name.clone(), ink.rgb)).collect(), palette.paper(), palette.overprint())
     }
