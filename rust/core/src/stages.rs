@@ -11,8 +11,8 @@ pub use crate::base::Pool;
 pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
-    DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
-    Stage, Value, preset, schema, seconds, whole,
+    DeclarationOf, Edge, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset,
+    Rule, Stage, Value, preset, schema, seconds, whole,
 };
 // From a photo to the tone.
 pub use crate::photo::{MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};

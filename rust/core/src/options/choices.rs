@@ -43,6 +43,18 @@ words! {
 }
 
 words! {
+    /// What edges that wobble look like.
+    Edge {
+        /// Contours waver as a hand does.
+        Smooth = "smooth",
+        /// They swell and thin too, slowly, as under a pen.
+        Inked = "inked",
+        /// They are rough and have corners, as torn paper or a cut block.
+        Torn = "torn",
+    }
+}
+
+words! {
     /// What a flat drawing is written with; a layered one always has both inks.
     Inks {
         /// Black ink on white paper.

@@ -23,13 +23,14 @@ use rayon::prelude::*;
 
 use crate::base::{Control, Frame, Ink, Result, mixed};
 use crate::graph::{Beside, Components, Triangulation, check_areas, check_finite, check_labels, check_one_a_node};
-use crate::options::Options;
+use crate::options::{Edge, Options};
 use crate::outlines::contours::{Contour, LEAST_PART, PARTS_A_THREAD, trace};
 use crate::outlines::dots::Star;
 use crate::outlines::fit::Fit;
 use crate::outlines::irregular::irregular;
 use crate::outlines::parts::{Parts, Stipple};
 use crate::outlines::sleeve::CrossingEdge;
+use crate::outlines::wobble::Wobble;
 
 /// What the outline stage makes.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +93,11 @@ pub struct Shaping {
     pub stipple_max: Option<f64>,
     /// How far stipples are from round; above 0 they are curves.
     pub irregularity: f64,
-    /// Which irregular shapes they have.
+    /// How far edges look drawn by hand; above 0 stipples are irregular too.
+    pub wobble: f64,
+    /// What edges look like that wobble.
+    pub edge: Edge,
+    /// Which irregular shapes stipples and edges have.
     pub seed: u64,
     /// How far a curve may lie from the spline through the crossings, in pixels.
     pub tolerance: f64,
@@ -101,8 +106,8 @@ pub struct Shaping {
 impl Shaping {
     /// What the options say of shapes.
     pub fn of(options: &Options) -> Self {
-        let Options { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance, .. } = *options;
-        Self { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance }
+        let Options { stipple_scale, stipple_min, stipple_max, irregularity, wobble, edge, seed, tolerance, .. } = *options;
+        Self { stipple_scale, stipple_min, stipple_max, irregularity, wobble, edge, seed, tolerance }
     }
 
     /// The radius that a dot in a cell of this area would like to have, on a grid of `units` to a pixel.
@@ -122,7 +127,7 @@ const DOT_GRID: f64 = 4.0;
 
 /// How near to a node a boundary that follows the tone may come, as a fraction of the edge: nearer, thin slivers would be left
 /// between it and the next boundary.
-const NEAREST_CROSSING: f64 = 0.2;
+pub(super) const NEAREST_CROSSING: f64 = 0.2;
 
 /// The same for the boundary of a band and a node within: what is left between it and the next boundary is the band, no wider than it
 /// is to be. Nearer still, curves would have to be corners to stay in their triangles.
@@ -192,6 +197,11 @@ pub fn outline(
         sides.map(|side| component_areas[side as usize]).min_by(f64::total_cmp).filter(|_| tones.is_some())
     };
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
+    let wobble = Wobble::of(&shaping, fit.spacing, frame);
+    let fit = if wobble.is_some_and(|wobble| wobble.is_torn()) { fit.with_corners() } else { fit };
+    let moved = wobble.map(|wobble| wobble.places(triangulation, places, bands, control)).transpose()?;
+    let places = moved.as_deref().unwrap_or(places);
+    let irregularity = wobble.map_or(0.0, |wobble| wobble.irregularity()).max(shaping.irregularity);
     let shape_of = |contour: &Contour| -> Result<Shape> {
         control.check()?;
         let edges = contours.edges(contour);
@@ -202,16 +212,15 @@ pub fn outline(
         let Some((own, around)) = dot else {
             let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
             let mut along_band = false;
-            let mut at = |nodes: [u32; 2]| {
+            let mut at = |nodes: [u32; 2], edge: CrossingEdge| {
                 let [black, white] = nodes;
                 let by_tone = tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
-                let Some(bands) = bands else { return by_tone };
-                let (place, by_band) = bands.crossing(nodes, by_tone);
+                let (place, by_band) = bands.map_or((by_tone, false), |bands| bands.crossing(nodes, by_tone));
                 along_band |= by_band;
-                place
+                wobble.filter(|_| !by_band).map_or(place, |wobble| wobble.crossing(edge, place))
             };
             let crossings: Vec<Point> =
-                edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
+                edges.iter().zip(&crossing_edges).map(|(nodes, edge)| edge[0].lerp(edge[1], at(*nodes, *edge))).collect();
             // What a band leaves of cells is not to grow over it again.
             let area = enclosed(contour).filter(|_| !along_band);
             return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, area, contour.ends), dot: None });
@@ -223,10 +232,10 @@ pub fn outline(
         let units = fit.units * DOT_GRID;
         let wanted = shaping.radius(cell_areas[node], units);
         let stipple = star.dot(point(places[node]), wanted, units, Ink::of_label(labels[node]));
-        if shaping.irregularity > 0.0 {
+        if irregularity > 0.0 {
             let room = star.room(Point::new(stipple.x, stipple.y));
             let key = mixed(mixed(shaping.seed) ^ node as u64);
-            if let Some(path) = irregular(&stipple, &room, shaping.irregularity, key, units) {
+            if let Some(path) = irregular(&stipple, &room, irregularity, key, units) {
                 return Ok(Shape::Curve { path, dot: Some(own) });
             }
         }
