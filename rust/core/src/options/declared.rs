@@ -72,9 +72,9 @@ declare! {
         /// How far a contour may be simplified: more means fewer points. It is the distance from the contour through all crossings, of
         /// which 0 keeps every one.
         tolerance: f64 = 0.5, Within(0.0, 2.0), "pixels", Shapes, Everyday, [Outlines];
-        /// How far edges look drawn by hand. Contours waver and dots are irregular, by at most a third of the gaps between them at 1.
+        /// How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
         wobble: f64 = 0.0, Within(0.0, 1.0), "", Shapes, Everyday, [Outlines];
-        /// How edges wobble. Smooth ones waver, inked ones swell as under a pen, torn ones are rough and have corners.
+        /// How edges wobble. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
         edge: Edge = Edge::Smooth, Words(Edge::WORDS), "", Shapes, Everyday, [Outlines];
             when |options, _| options.wobble > 0.0;
         /// Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean.

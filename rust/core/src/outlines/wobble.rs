@@ -328,7 +328,10 @@ mod tests {
     #[test]
     fn noise_is_exact() {
         let (value, slope) = noise(1, Point::new(12.5, -7.25), 4.0);
-        assert_eq!([value, slope.x, slope.y].map(f64::to_bits), [0xBFCF_03D9_3216_3BF9, 0xBFE9_BBBA_33F7_5B89, 0xBFEA_4BA2_C851_ACD2]);
+        assert_eq!(
+            [value, slope.x, slope.y].map(f64::to_bits),
+            [0xBFCF_03D9_3216_3BF9, 0xBFE9_BBBA_33F7_5B89, 0xBFEA_4BA2_C851_ACD2]
+        );
     }
 
     #[test]

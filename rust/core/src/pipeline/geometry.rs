@@ -1,13 +1,15 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
+use std::f64::consts::PI;
+
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
 
-use crate::base::{Control, Result, signed_area};
+use crate::base::{Control, Ink, Result, signed_area};
 use crate::drawing::{Drawing, RingPart};
 use crate::files::{Export, Format, Style, load};
 use crate::importance::Importance;
-use crate::options::{Inks, Options, Published};
+use crate::options::{Edge, Inks, Options, Published};
 use crate::outlines::Stipple;
 use crate::photo::{Field, Photo};
 use crate::pipeline::Outcome;
@@ -160,10 +162,12 @@ proptest! {
             Just((0.0, None)), Just((0.0, Some(0.4))), Just((0.0, Some(1e-9))), Just((0.8, Some(0.9))), Just((1000.0, None)),
         ],
         irregularity in prop_oneof![Just(0.0), Just(0.5), Just(1.0)],
+        wobble in prop_oneof![2 => Just(0.0), 1 => Just(0.2), 1 => Just(1.0)],
+        edge in prop_oneof![Just(Edge::Smooth), Just(Edge::Inked), Just(Edge::Torn)],
     ) {
         let options = Options {
             published: of_density(density / (factor * factor) as f64), tolerance, stipple_scale, stipple_min, stipple_max,
-            irregularity, seed: seed >> 11, ..Options::default()
+            irregularity, wobble, edge, seed: seed >> 11, ..Options::default()
         };
         // Mostly with a remainder, when it is reduced.
         let luma = picture(factor * width + seed as usize % factor, factor * height + width % factor, seed, grain * factor);
@@ -172,7 +176,7 @@ proptest! {
         prop_assert_eq!((drawing.width, drawing.height), (photo.width(), photo.height()));
         check(&drawing);
         prop_assert!(drawing.stipples.iter().all(|dot| dot.radius <= stipple_max.unwrap_or(f64::INFINITY)));
-        // Irregular dots are curves too, but the tolerance is not about them.
+        // Irregular dots are curves too, but the tolerance is not about them; nor do they depend on it.
         let [simple, full] = [tolerance, 0.0].map(|tolerance| {
             let options = Options { tolerance, irregularity: 0.0, ..options.clone() };
             draw_photo(&photo, 0.5, options).drawing
@@ -193,6 +197,34 @@ proptest! {
         let small = drawing.stipples.iter().filter(|dot| dot.radius < 0.7).count();
         prop_assert_eq!(changes.enlarged + changes.dropped, small);
         prop_assert_eq!(larger.stipples.len() + changes.dropped, drawing.stipples.len());
+    }
+}
+
+#[test]
+fn edges_wobble_by_the_seed_alone_and_keep_the_tone() {
+    let luma = picture(160, 120, 5, 12);
+    let drawn = |wobble: f64, edge: Edge, seed: u64, threads: usize| {
+        draw(&luma, 0.5, Options { wobble, edge, seed, threads: Some(threads), ..Options::default() }).drawing
+    };
+    let black = |drawing: &Drawing| {
+        let regions = drawing.regions.iter().enumerate().filter(|(_, region)| region.ink == Ink::Black);
+        let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::Black);
+        let area = regions.map(|(i, _)| drawing.region_area(i)).sum::<f64>() + dots.map(|dot| PI * dot.radius.powi(2)).sum::<f64>();
+        area / (drawing.width * drawing.height) as f64
+    };
+    let plain = drawn(0.0, Edge::Smooth, 0, 1);
+    assert_eq!(drawn(0.0, Edge::Torn, 9, 2).curves, plain.curves);
+    for edge in [Edge::Smooth, Edge::Inked, Edge::Torn] {
+        for wobble in [0.05, 0.3, 1.0] {
+            let wobbly = drawn(wobble, edge, 0, 1);
+            check(&wobbly);
+            assert_eq!(drawn(wobble, edge, 0, 2), wobbly);
+            let other = drawn(wobble, edge, 1, 1);
+            assert!(other.curves != wobbly.curves && wobbly.curves != plain.curves);
+            for drawing in [&wobbly, &other] {
+                assert!((black(drawing) - black(&plain)).abs() < 0.01, "{} was {}", black(drawing), black(&plain));
+            }
+        }
     }
 }
 
