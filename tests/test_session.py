@@ -43,6 +43,8 @@ CHANGES: dict[str, Any] = {
     "stipple_min": 0.3,
     "stipple_max": 0.6,
     "irregularity": 0.9,
+    "wobble": 0.3,
+    "edge": "torn",
     "seed": 7,
     "white_point": 0.9,
     "black_point": 0.1,
