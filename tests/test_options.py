@@ -328,6 +328,7 @@ BY_NAME = {
     },
     ("base", "python/graphstipple/studio/guard.py"): "a word of a header",
     ("order", "python/graphstipple/drawing.py"): "in which a pen draws",
+    ("edge", "python/graphstipple/metrics/_similarity.py"): "what is beyond the edge of a picture",
     **{("tolerance", file): "of areas that are moved" for file in ("python/graphstipple/_core.pyi", "rust/py/src/stages.rs")},
     ("threads", "python/graphstipple/studio/desk.py"): "a page may not have more work than there are processors",
     ("fineness", "rust/cli/src/rules.rs"): "what whoever draws for a machine may turn, in a warning",

@@ -132,11 +132,11 @@ class OptionFields:
         How far a contour may be simplified: more means fewer points. It is the distance from the contour through all
         crossings, of which 0 keeps every one. 0 to 2 pixels.
     wobble : float
-        How far edges look drawn by hand. Contours waver and dots are irregular, by at most a third of the gaps between them
-        at 1. 0 to 1.
+        How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
+        0 to 1.
     edge : {"smooth", "inked", "torn"}
-        How edges wobble. Smooth ones waver, inked ones swell as under a pen, torn ones are rough and have corners. Smooth,
-        inked, torn.
+        What edges that wobble look like. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are
+        rough and have corners. Smooth, inked, torn.
     refine : int
         Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean. 0 to 100
         sweeps.

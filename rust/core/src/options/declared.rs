@@ -74,7 +74,7 @@ declare! {
         tolerance: f64 = 0.5, Within(0.0, 2.0), "pixels", Shapes, Everyday, [Outlines];
         /// How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
         wobble: f64 = 0.0, Within(0.0, 1.0), "", Shapes, Everyday, [Outlines];
-        /// How edges wobble. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
+        /// What edges that wobble look like. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
         edge: Edge = Edge::Smooth, Words(Edge::WORDS), "", Shapes, Everyday, [Outlines];
             when |options, _| options.wobble > 0.0;
         /// Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean.

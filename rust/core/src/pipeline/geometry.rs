@@ -307,7 +307,7 @@ fn what_is_told_of_a_drawing_of_another_version_is_kept() {
     let drawing = draw(&picture(20, 20, 7, 3), 0.5, Options::default()).drawing;
     for suffix in ["json", "svg"] {
         let ours = String::from_utf8(written(&drawing, suffix, Export::default())).unwrap();
-        let theirs = ours.replacen("\"options\":{\"nodes\":null", "\"options\":{\"wobble\":0.25,\"nodes\":null", 1).replacen(
+        let theirs = ours.replacen("\"options\":{\"nodes\":null", "\"options\":{\"wiggle\":0.25,\"nodes\":null", 1).replacen(
             "\"version\":\"",
             "\"subject\":[\"auto\",-0.0,1e-7],\"version\":\"9",
             1,
@@ -316,9 +316,9 @@ fn what_is_told_of_a_drawing_of_another_version_is_kept() {
         let read = read(&theirs, suffix).unwrap();
         assert_eq!(read.curves, drawing.curves);
         let told = read.provenance.options().unwrap_err().to_string();
-        assert!(told.starts_with("the drawing was made by graphstipple 9") && told.ends_with("does not know: wobble"), "{told}");
+        assert!(told.starts_with("the drawing was made by graphstipple 9") && told.ends_with("does not know: wiggle"), "{told}");
         let again = String::from_utf8(written(&read, suffix, Export::default())).unwrap();
-        assert!(again.contains("\"wobble\":0.25,\"nodes\":null") && again.contains("\"subject\":[\"auto\",-0.0,1e-7]"), "{again}");
+        assert!(again.contains("\"wiggle\":0.25,\"nodes\":null") && again.contains("\"subject\":[\"auto\",-0.0,1e-7]"), "{again}");
         assert_eq!(String::from_utf8(written(&drawing, suffix, Export::default())).unwrap(), ours);
     }
     // What would stand twice in a JSON file is not kept; names are told in one short line, whatever they are.
