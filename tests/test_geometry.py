@@ -12,6 +12,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
 from tests.support import on_every_photo, options_with, photo

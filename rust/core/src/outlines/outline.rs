@@ -29,7 +29,7 @@ use crate::outlines::dots::Star;
 use crate::outlines::fit::Fit;
 use crate::outlines::irregular::irregular;
 use crate::outlines::parts::{Parts, Stipple};
-use crate::outlines::sleeve::CrossingEdge;
+use crate::outlines::sleeve::{CrossingEdge, NEAREST_CROSSING};
 use crate::outlines::wobble::Wobble;
 
 /// What the outline stage makes.
@@ -125,11 +125,7 @@ const MIN_RADIUS: f64 = 1.0 / 1024.0;
 /// How much finer the grid of dots is than that of curves, which are many points long: a dot that moves is seen.
 const DOT_GRID: f64 = 4.0;
 
-/// How near to a node a boundary that follows the tone may come, as a fraction of the edge: nearer, thin slivers would be left
-/// between it and the next boundary.
-pub(super) const NEAREST_CROSSING: f64 = 0.2;
-
-/// The same for the boundary of a band and a node within: what is left between it and the next boundary is the band, no wider than it
+/// As [`NEAREST_CROSSING`], for the boundary of a band and a node within: what is left between it and the next boundary is the band, no wider than it
 /// is to be. Nearer still, curves would have to be corners to stay in their triangles.
 const NEAREST_BAND: f64 = 0.08;
 
@@ -197,9 +193,9 @@ pub fn outline(
         sides.map(|side| component_areas[side as usize]).min_by(f64::total_cmp).filter(|_| tones.is_some())
     };
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
-    let wobble = Wobble::of(&shaping, fit.spacing, frame);
+    let wobble = Wobble::new(shaping.wobble, shaping.edge, shaping.seed, fit.spacing, frame);
     let fit = if wobble.is_some_and(|wobble| wobble.is_torn()) { fit.with_corners() } else { fit };
-    let moved = wobble.map(|wobble| wobble.places(triangulation, places, bands, control)).transpose()?;
+    let moved = wobble.map(|wobble| wobble.places(triangulation, places, bands.map(|bands| bands.depths), control)).transpose()?;
     let places = moved.as_deref().unwrap_or(places);
     let irregularity = wobble.map_or(0.0, |wobble| wobble.irregularity()).max(shaping.irregularity);
     let shape_of = |contour: &Contour| -> Result<Shape> {

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use crate::base::{Control, Frame, Result, mixed};
 use crate::graph::{Beside, Triangulation};
 use crate::options::Edge;
-use crate::outlines::outline::{Bands, NEAREST_CROSSING, Shaping};
+use crate::outlines::sleeve::NEAREST_CROSSING;
 
 /// The most that a distance changes, and that a crossing moves along its edge, as a share of it.
 const MOST: f64 = 1.0 / 3.0;
@@ -69,9 +69,8 @@ pub(super) struct Wobble {
 }
 
 impl Wobble {
-    /// What shaping asks for, on a canvas with nodes about so far from each other; `None` if edges are to stay as they are.
-    pub(super) fn of(shaping: &Shaping, spacing: f64, frame: Frame) -> Option<Self> {
-        let Shaping { wobble, edge, seed, .. } = *shaping;
+    /// So much wobble in [0, 1], on a canvas with nodes about so far from each other; `None` if edges are to stay as they are.
+    pub(super) fn new(wobble: f64, edge: Edge, seed: u64, spacing: f64, frame: Frame) -> Option<Self> {
         // The root, so that the small ones can be seen.
         (wobble > 0.0).then(|| Self { strength: wobble.sqrt(), edge, key: mixed(seed), spacing, frame })
     }
@@ -95,7 +94,7 @@ impl Wobble {
         IRREGULARITY * self.strength
     }
 
-    /// Where the nodes are drawn, instead of at `places`.
+    /// Where the nodes are drawn, instead of at `places`. Those that have a depth in bands stay.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -103,13 +102,13 @@ impl Wobble {
         &self,
         triangulation: &Triangulation,
         places: &[[f64; 2]],
-        bands: Option<Bands>,
+        depths: Option<&[f32]>,
         control: &Control,
     ) -> Result<Vec<[f64; 2]>> {
         let graph = &triangulation.graph;
         let slots = |node: usize| graph.offsets[node] as usize..graph.offsets[node + 1] as usize;
         let stays = |node: usize| {
-            bands.is_some_and(|bands| bands.depths[node].is_finite())
+            depths.is_some_and(|depths| depths[node].is_finite())
                 || slots(node).any(|slot| matches!(triangulation.left(slot), Beside::Frame(_)))
         };
         let place = |node: usize| Point::new(places[node][0], places[node][1]);
@@ -339,9 +338,7 @@ mod tests {
         let triangulation = scattered(3, 500);
         let sites = &triangulation.graph.sites;
         let depths: Vec<f32> = sites.iter().map(|[x, _]| if *x < 30.0 { -1.0 } else { f32::NAN }).collect();
-        let is_added = vec![false; sites.len()];
-        let bands = Bands { depths: &depths, is_added: &is_added };
-        let moved = wobble(1.0, Edge::Smooth, 0).places(&triangulation, sites, Some(bands), &Control::new()).unwrap();
+        let moved = wobble(1.0, Edge::Smooth, 0).places(&triangulation, sites, Some(&depths), &Control::new()).unwrap();
         let stays = |k: usize| moved[k] == sites[k];
         assert!((0..sites.len()).filter(|k| depths[*k].is_finite()).all(stays));
         assert!((0..sites.len()).filter(|k| !stays(*k)).count() > 100);
