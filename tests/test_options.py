@@ -386,7 +386,7 @@ def test_front_ends_know_no_option_by_its_name() -> None:
     assert not set(BY_NAME) - found, "these exceptions are needed no more"
 
 
-MOST_PLACES = 4
+MOST_PLACES = 5
 """Files of the core, besides those of the options themselves, in which one may stand as a field: the stage that uses it, or where
 the parameters of a stage are put together and used."""
 
