@@ -402,7 +402,7 @@ def test_the_places_of_an_option_add_up() -> None:
         taken = rf"\b{name}(: \w+)?, [^;]*\}} = (\*?options|options\.published)"
         found[name] = [file.removeprefix("rust/core/src/") for file, text in texts.items() if re.search(f"{read}|{taken}", text)]
         assert len(found[name]) <= MOST_PLACES, f"{name} stands in {found[name]}"
-    assert found["crispness"] == ["labels/refine.rs"]
+    assert found["crispness"] == ["labels/inks/refine.rs", "labels/refine.rs"]
     assert found["gamma"] == ["photo/tone.rs"]
     # A limit of bytes or points changes it.
     assert found["tolerance"] == ["outlines/outline.rs", "pipeline/within.rs"]
