@@ -20,11 +20,16 @@ use crate::outlines::{Parts, Stipple};
 /// The drawing of these parts; its provenance is left empty.
 ///
 /// # Errors
-/// [`Error::Internal`] if the parts do not fit together.
+/// [`Error::Input`] for an ink that is none of the palette's, [`Error::Internal`] if the parts do not fit together.
 ///
 /// # Panics
 /// If a part names a component that has no ink.
 pub fn assemble(parts: Parts) -> Result<Drawing> {
+    if let Some(ink) = parts.inks.iter().find(|ink| ink.index() >= parts.palette.len()) {
+        let (label, most) = (ink.label(), parts.palette.len() - 1);
+        let rule = if most == 1 { "0 (black) or 1 (white)".to_owned() } else { format!("between 0 and {most}") };
+        return Err(Error::Input(format!("the label of a node is {label}, but it must be {rule}")));
+    }
     let frame = Frame { width: parts.width as f64, height: parts.height as f64 };
     let count = parts.inks.len();
     let mut is_dot = vec![false; count];

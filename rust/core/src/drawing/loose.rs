@@ -140,15 +140,18 @@ impl Loose {
             if lies_on_frame || !inner.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
                 return Err(refused("touches or crosses the edge of the canvas"));
             }
+            let mut joins = false;
             if !closed {
                 let last = points.len() - 1;
                 for (end, next) in [(0, 1), (last, last - 1)] {
                     if let Some(gap) = gaps.get(&bits(Point::new(points[end][0], points[end][1]))) {
+                        joins = true;
                         points[end] = beside_junction(points[end], points[next], *gap);
                     }
                 }
             }
-            Line::new(points.into_iter(), closed).ok_or_else(|| refused("encloses nothing"))
+            let line = Line::new(points.into_iter(), closed).ok_or_else(|| refused("encloses nothing"))?;
+            Ok(if joins { line.joining() } else { line })
         };
         let of_curves = self.curves.par_iter().enumerate().map(line);
         let of_dots = self.stipples.par_iter().enumerate().map(|(number, dot)| {
@@ -167,8 +170,8 @@ impl Loose {
 }
 
 impl Loose {
-    /// How far from every junction the sweep sees curves end: as far up or down for all that end there, and much less than their first
-    /// edges reach. So they do not touch, and stand in their order from left to right at the height at which they begin.
+    /// How far above every junction the sweep sees curves end that come from above: much less than their last edges reach. So they do
+    /// not touch those that begin in it and go down. A gap below it would be seen through from what begins on the same level.
     fn gaps(&self, tolerance: f64) -> HashMap<[u64; 2], f64> {
         let junctions = junctions(self.frame(), &self.curves);
         let gap = |ends: &[(u32, bool)]| {
@@ -178,7 +181,7 @@ impl Loose {
                 let [[x, y], [next_x, next_y]] = if *begins { [points[0], points[1]] } else { [points[last], points[last - 1]] };
                 // One that leaves on a level is cut by as much of its length.
                 let (across, down) = ((next_x - x).abs(), (next_y - y).abs());
-                if down > 0.0 { down } else { across }
+                if down > LEVEL { down } else { across }
             });
             GAP * heights.fold(f64::INFINITY, f64::min)
         };
@@ -189,13 +192,21 @@ impl Loose {
 /// The part of the shortest edge from a junction that the sweep does not see.
 const GAP: f64 = 1.0 / 1024.0;
 
-/// The point of the edge from a junction to the next point that is a gap up or down from it, or to the side.
+/// An edge from a junction that rises or falls by no more, in pixels, is on a level: so little of it would be lost in the last digits.
+const LEVEL: f64 = 1.0 / 1_048_576.0;
+
+/// Where the sweep sees a curve end whose next point from a junction is this one: a gap above it, or to its left if it is on a level; in
+/// the junction itself if it goes down, or to the right.
 fn beside_junction([x, y]: [f64; 2], [next_x, next_y]: [f64; 2], gap: f64) -> [f64; 2] {
-    let down = next_y - y;
-    if down == 0.0 {
-        return [x + gap.copysign(next_x - x), y];
+    let (across, down) = (next_x - x, next_y - y);
+    if (next_y, next_x) > (y, x) {
+        return [x, y];
     }
-    [x + (next_x - x) * (gap / down.abs()), y + gap.copysign(down)]
+    if down.abs() <= LEVEL {
+        let share = gap / across.abs();
+        return [x + share * across, y + share * down];
+    }
+    [x + across * (gap / down.abs()), y + gap.copysign(down)]
 }
 
 /// A polygon around the circle of a dot and around its own polygon, which regions have for a hole. Between two corners of that one, where

@@ -79,7 +79,9 @@ impl<'a> Sides<'a> {
         let ground = 2 * loose.curves.len();
         let mut inks: Vec<Ink> = (0..loose.curves.len()).flat_map(|curve| loose.inks(curve)).collect();
         // What stands for the canvas has the ink of the first that is found there.
-        inks.push(loose.ground);
+        // Of two inks a dot lies in the other.
+        let of_dot = loose.stipples.first().filter(|_| loose.palette.len() == 2);
+        inks.push(of_dot.map_or(loose.ground, |dot| dot.ink.other()));
         let (frame, joined) = (loose.frame(), (0..inks.len()).collect());
         let ends = ends_on_frame(frame, &loose.curves);
         let (clusters, count) = clusters(frame, loose);

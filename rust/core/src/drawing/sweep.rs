@@ -26,6 +26,8 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Line {
     points: Vec<[f64; 2]>,
     closed: bool,
+    /// Whether others of this kind may begin where it does.
+    joins: bool,
 }
 
 impl Line {
@@ -38,7 +40,12 @@ impl Line {
             points.pop();
         }
         let is_line = if closed { points.len() >= 3 } else { points.first() != points.last() };
-        is_line.then_some(Self { points, closed })
+        is_line.then_some(Self { points, closed, joins: false })
+    }
+
+    /// The line, where others of this kind may begin where it does, as in a junction.
+    pub(super) fn joining(self) -> Self {
+        Self { joins: true, ..self }
     }
 }
 
@@ -116,7 +123,7 @@ pub(super) fn sweep(lines: &[Line], control: &Control) -> Result<Swept> {
                     let falls = |chain: u32| chains.all[chain as usize].falls;
                     let before = front.before[left as usize];
                     let beside = (before != NONE).then(|| Neighbour { line: chains.line(before), falls: falls(before) });
-                    let end = (group.len() == 1).then(|| falls(left));
+                    let end = (group.iter().filter(|event| chains.line(event.chain) == line).count() == 1).then(|| falls(left));
                     tops.push(Top { line, point: at, beside, turns_left: !falls(left), end });
                 }
                 met
@@ -154,6 +161,8 @@ struct Chain {
     end: u32,
     /// Whether the line itself runs that way.
     falls: bool,
+    /// Whether its line may begin where others do.
+    joins: bool,
     /// Where the edge begins that the sweep has come to.
     current: Cell<u32>,
 }
@@ -199,7 +208,7 @@ impl Chains {
                 }
                 let end = chains.points.len() as u32;
                 let (falls, current) = (falls(from), Cell::new(begin as u32));
-                chains.all.push(Chain { line: number, begin: begin as u32, end, falls, current });
+                chains.all.push(Chain { line: number, begin: begin as u32, end, falls, joins: line.joins, current });
                 from = to;
             }
         }
@@ -230,6 +239,9 @@ impl Chains {
     /// The lines that collide in a point; `None` if all that is there is one line, which passes, begins, ends or turns once.
     fn collision(&self, group: &[Event]) -> Option<[u32; 2]> {
         let first = group[0];
+        if group.len() > 1 && group.iter().all(|event| self.kind(*event) == Kind::Begin && self.all[event.chain as usize].joins) {
+            return None;
+        }
         let goes_on = match *group {
             [_] => true,
             [a, b] => self.kind(a) == self.kind(b) && self.kind(a) != Kind::Between && self.line(a.chain) == self.line(b.chain),

@@ -233,7 +233,9 @@ pub fn outline(
         if shaping.irregularity > 0.0 {
             let room = star.room(Point::new(stipple.x, stipple.y));
             let key = mixed(mixed(shaping.seed) ^ node as u64);
-            if let Some(path) = irregular(&stipple, &room, shaping.irregularity, key, units) {
+            // It runs with itself on its left, as black does, or on its right.
+            let oriented = Stipple { ink: if is_left { Ink::BLACK } else { Ink::WHITE }, ..stipple };
+            if let Some(path) = irregular(&oriented, &room, shaping.irregularity, key, units) {
                 return Ok(Shape::Curve { path, dot: Some(own) });
             }
         }
