@@ -102,14 +102,7 @@ impl<G: Adjacency> InkTask<'_, G> {
                 labels[number - first] = label;
             }
             let Some(alpha) = self.passes_on(number, label, current, &mut local_mean)? else { continue };
-            open.clear();
-            let of_others = Others::new(mixture);
-            graph.for_each_neighbor(number, |neighbor, distance| {
-                if neighbor > number {
-                    let start = of_others.difference(&mixtures[neighbor]);
-                    open.push(Open { number: neighbor as u32, start, weight: distance });
-                }
-            });
+            self.find_open(number, |neighbor| neighbor > number, &mut open);
             if open.is_empty() {
                 continue;
             }
@@ -152,14 +145,7 @@ impl<G: Adjacency> InkTask<'_, G> {
             // To the queue any label is as good as another.
             (labels[number], nodes[number].label) = (label, 0);
             let Some(alpha) = self.passes_on(number, label, error, &mut local_mean)? else { continue };
-            open.clear();
-            let of_others = Others::new(&mixtures[number]);
-            graph.for_each_neighbor(number, |neighbor, distance| {
-                if nodes[neighbor].label == UNLABELLED {
-                    let start = of_others.difference(&mixtures[neighbor]);
-                    open.push(Open { number: neighbor as u32, start, weight: distance });
-                }
-            });
+            self.find_open(number, |neighbor| nodes[neighbor].label == UNLABELLED, &mut open);
             if open.is_empty() {
                 continue;
             }
@@ -174,6 +160,18 @@ impl<G: Adjacency> InkTask<'_, G> {
             }
         }
         Ok(labels)
+    }
+
+    /// The neighbours of a node that are open, each with how far its mixture is from the node's and its distance.
+    fn find_open(&self, number: usize, is_open: impl Fn(usize) -> bool, open: &mut Vec<Open>) {
+        open.clear();
+        let of_others = Others::new(&self.mixtures[number]);
+        self.graph.for_each_neighbor(number, |neighbor, distance| {
+            if is_open(neighbor) {
+                let start = of_others.difference(&self.mixtures[neighbor]);
+                open.push(Open { number: neighbor as u32, start, weight: distance });
+            }
+        });
     }
 
     /// Makes current parts the error of the label that they got, and returns the share of it that is passed on, if any.

@@ -118,22 +118,38 @@ impl Drawing {
     }
 }
 
+/// What is beside curves and around dots of a drawing, as numbers of regions.
+pub(super) struct Surroundings {
+    /// To the left and to the right of every curve.
+    pub(super) beside: Vec<[u32; 2]>,
+    /// Around every dot, if something is.
+    pub(super) around: Vec<Option<u32>>,
+    /// In a corner of the frame.
+    pub(super) on_frame: u32,
+}
+
+impl Surroundings {
+    pub(super) fn of(drawing: &Drawing) -> Self {
+        let (beside, around) = (vec![[0; 2]; drawing.curves.len()], vec![None; drawing.stipples.len()]);
+        let mut found = Self { beside, around, on_frame: 0 };
+        for (number, region) in (0u32..).zip(&drawing.regions) {
+            for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
+                match *part {
+                    // A region runs along a curve with itself on the left.
+                    RingPart::Curve { index, reversed } => found.beside[index as usize][usize::from(reversed)] = number,
+                    RingPart::Stipple { index } => found.around[index as usize] = Some(number),
+                    RingPart::Corner(..) => found.on_frame = number,
+                }
+            }
+        }
+        found
+    }
+}
+
 /// What a drawing was put together from, with other dots in the place of its own, or none. Regions come first among its components,
 /// in their order, then the dots.
 fn parts_with(drawing: &Drawing, dots: &[Option<Stipple>]) -> Result<Parts> {
-    let mut beside = vec![[0; 2]; drawing.curves.len()];
-    let mut around = vec![None; drawing.stipples.len()];
-    let mut on_frame = 0;
-    for (component, region) in (0u32..).zip(&drawing.regions) {
-        for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
-            match *part {
-                // A region runs along a curve with itself on the left.
-                RingPart::Curve { index, reversed } => beside[index as usize][usize::from(reversed)] = component,
-                RingPart::Stipple { index } => around[index as usize] = Some(component),
-                RingPart::Corner(..) => on_frame = component,
-            }
-        }
-    }
+    let Surroundings { beside, around, on_frame } = Surroundings::of(drawing);
     let mut inks: Vec<Ink> = drawing.regions.iter().map(|region| region.ink).collect();
     let mut stipples = Vec::new();
     for (dot, around) in dots.iter().zip(around).filter_map(|(dot, around)| Some((dot.as_ref()?, around))) {

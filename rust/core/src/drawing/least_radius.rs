@@ -124,23 +124,14 @@ impl Bins {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::{Control, Ink, Palette};
+    use crate::base::{Control, Ink};
     use crate::drawing::{Loose, put_together};
 
     /// Black dots on a canvas of 40 x 20, all of one radius.
     fn dots(centres: &[[f64; 2]], radius: f64) -> Drawing {
         let dot = |[x, y]: &[f64; 2]| Stipple { x: *x, y: *y, radius, ink: Ink::BLACK, level: 0 };
         let stipples = centres.iter().map(dot).collect();
-        let loose = Loose {
-            width: 40,
-            height: 20,
-            units: 16.0,
-            curves: vec![],
-            stipples,
-            ground: Ink::WHITE,
-            palette: Palette::default(),
-            sides: vec![],
-        };
+        let loose = Loose::plain(40, 20, vec![], stipples);
         put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap()
     }
 

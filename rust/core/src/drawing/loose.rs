@@ -57,6 +57,13 @@ pub(crate) enum Shape {
 pub(crate) type Names<'a> = &'a (dyn Fn(Shape) -> String + Sync);
 
 impl Loose {
+    /// Curves and dots of black and white, on white, with 16 units to a pixel.
+    #[cfg(test)]
+    pub(crate) fn plain(width: usize, height: usize, curves: Vec<BezPath>, stipples: Vec<Stipple>) -> Self {
+        let (palette, sides) = (Palette::default(), Vec::new());
+        Self { width, height, units: 16.0, palette, curves, sides, stipples, ground: Ink::WHITE }
+    }
+
     /// What is on the left and on the right of a curve.
     pub(super) fn inks(&self, curve: usize) -> [Ink; 2] {
         self.sides.get(curve).copied().unwrap_or([Ink::BLACK, Ink::WHITE])
@@ -293,16 +300,7 @@ mod tests {
         let curves = curves.iter().map(|data| BezPath::from_svg(data).unwrap()).collect();
         let dot = |[x, y, radius]: &[f64; 3]| Stipple { x: *x, y: *y, radius: *radius, ink: Ink::BLACK, level: 0 };
         let stipples = dots.iter().map(dot).collect();
-        let loose = Loose {
-            width: 40,
-            height: 20,
-            units: 16.0,
-            curves,
-            stipples,
-            ground: Ink::WHITE,
-            palette: Palette::default(),
-            sides: vec![],
-        };
+        let loose = Loose::plain(40, 20, curves, stipples);
         put_together(loose, &|shape| format!("{shape:?}"), &Control::new())
     }
 
@@ -375,29 +373,11 @@ mod tests {
         let units = MOST_UNITS;
         let quads = "Q39 -19 1 10 Q-39 39 39 10 ".repeat(4000);
         let curves = vec![BezPath::from_svg(&format!("M39 10 {quads}Z")).unwrap()];
-        let loose = Loose {
-            width: 40,
-            height: 20,
-            units,
-            curves,
-            stipples: vec![],
-            ground: Ink::WHITE,
-            palette: Palette::default(),
-            sides: vec![],
-        };
+        let loose = Loose { units, ..Loose::plain(40, 20, curves, vec![]) };
         let error = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap_err().to_string();
         assert!(error.ends_with("Curve(0) bends further than curves of a drawing do"), "{error}");
         for units in [0.5, 3.0, f64::NAN, f64::INFINITY, 2.0 * MOST_UNITS, -16.0] {
-            let loose = Loose {
-                width: 40,
-                height: 20,
-                units,
-                curves: vec![],
-                stipples: vec![],
-                ground: Ink::WHITE,
-                palette: Palette::default(),
-                sides: vec![],
-            };
+            let loose = Loose { units, ..Loose::plain(40, 20, vec![], vec![]) };
             let error = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap_err().to_string();
             assert!(error.ends_with("but there must be a power of two from 1 to 1048576"), "{error}");
         }

@@ -3,6 +3,7 @@
 
 mod assembly;
 mod data;
+mod joined;
 mod least_radius;
 mod loose;
 mod plates;

@@ -9,8 +9,9 @@ use std::collections::{HashMap, HashSet};
 use kurbo::{BezPath, PathEl};
 
 use crate::base::{Error, Frame, Ink, Palette, Result, is_closed};
-use crate::drawing::assembly::{assemble, bits, ends_of};
-use crate::drawing::data::{Drawing, RingPart};
+use crate::drawing::assembly::{Surroundings, assemble, bits, ends_of};
+use crate::drawing::data::Drawing;
+use crate::drawing::joined::Joined;
 use crate::outlines::Parts;
 
 impl Drawing {
@@ -36,42 +37,22 @@ impl Drawing {
         // Regions, then dots, as components of the drawing; those of the plate are sets of them.
         let regions = self.regions.len();
         let inks: Vec<Ink> = self.regions.iter().map(|region| region.ink).chain(self.stipples.iter().map(|dot| dot.ink)).collect();
-        let mut beside = vec![[0u32; 2]; self.curves.len()];
-        let mut around = vec![0u32; self.stipples.len()];
-        let mut on_frame = 0;
-        for (component, region) in (0u32..).zip(&self.regions) {
-            for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
-                match *part {
-                    RingPart::Curve { index, reversed } => beside[index as usize][usize::from(reversed)] = component,
-                    RingPart::Stipple { index } => around[index as usize] = component,
-                    RingPart::Corner(..) => on_frame = component,
-                }
-            }
-        }
+        let Surroundings { beside, around, on_frame } = Surroundings::of(self);
+        let within = || Error::Internal("a stipple lies in no region".to_owned());
+        let around = around.into_iter().map(|region| region.ok_or_else(within)).collect::<Result<Vec<u32>>>()?;
         let is_in: Vec<bool> = inks.iter().map(|label| has(*label)).collect();
-        let mut joined: Vec<u32> = (0..inks.len() as u32).collect();
-        let mut join = |a: u32, b: u32| {
-            let (a, b) = (root(&mut joined, a), root(&mut joined, b));
-            joined[a.max(b) as usize] = a.min(b);
-        };
+        let mut joined = Joined::new(inks.len());
         let is_kept = |[left, right]: [u32; 2]| is_in[left as usize] != is_in[right as usize];
         for [left, right] in beside.iter().copied().filter(|sides| !is_kept(*sides)) {
-            join(left, right);
+            joined.join(left as usize, right as usize);
         }
-        for (dot, around) in (regions as u32..).zip(&around) {
-            if is_in[dot as usize] == is_in[*around as usize] {
-                join(dot, *around);
+        for (dot, around) in (regions..).zip(&around) {
+            if is_in[dot] == is_in[*around as usize] {
+                joined.join(dot, *around as usize);
             }
         }
-        let (mut ids, mut labels) = (vec![u32::MAX; inks.len()], Vec::new());
-        for component in 0..inks.len() as u32 {
-            let first = root(&mut joined, component) as usize;
-            if ids[first] == u32::MAX {
-                ids[first] = labels.len() as u32;
-                labels.push(if is_in[first] { Ink::BLACK } else { Ink::WHITE });
-            }
-            ids[component as usize] = ids[first];
-        }
+        let (ids, firsts) = joined.numbered();
+        let labels = firsts.into_iter().map(|first| if is_in[first] { Ink::BLACK } else { Ink::WHITE }).collect();
         let sides = |[left, right]: [u32; 2]| [ids[left as usize], ids[right as usize]];
         let kept = (0u32..).zip(&self.curves).zip(&beside).filter(|(_, sides)| is_kept(**sides));
         let oriented = kept.map(|((number, _), [left, right])| {
@@ -139,14 +120,6 @@ impl Drawing {
         }
         joined
     }
-}
-
-fn root(joined: &mut [u32], mut component: u32) -> u32 {
-    while joined[component as usize] != component {
-        joined[component as usize] = joined[joined[component as usize] as usize];
-        component = joined[component as usize];
-    }
-    component
 }
 
 /// Drawings of several inks by chance, for tests of this module and others.

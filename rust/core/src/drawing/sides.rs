@@ -11,6 +11,7 @@ use kurbo::{Point, Shape as _};
 use crate::base::{Control, Frame, Ink, Result, is_closed};
 use crate::drawing::assembly::{FrameEnd, assemble, ends_on_frame, junctions};
 use crate::drawing::data::Drawing;
+use crate::drawing::joined::Joined;
 use crate::drawing::loose::{Loose, Names, Shape, invalid};
 use crate::drawing::sweep::Top;
 use crate::outlines::Parts;
@@ -61,8 +62,8 @@ struct Sides<'a> {
     loose: &'a Loose,
     names: Names<'a>,
     frame: Frame,
-    /// A forest: every side points to one of its component.
-    joined: Vec<usize>,
+    /// The sides of every component.
+    joined: Joined,
     inks: Vec<Ink>,
     /// What stands for the canvas where no curve ends on the frame.
     ground: usize,
@@ -70,7 +71,7 @@ struct Sides<'a> {
     /// The side that every dot lies in.
     around: Vec<usize>,
     /// What every curve hangs together with by junctions, and of each of these whether it is known what is around it.
-    clusters: Vec<usize>,
+    clusters: Vec<u32>,
     is_placed: Vec<bool>,
 }
 
@@ -82,7 +83,7 @@ impl<'a> Sides<'a> {
         // Of two inks a dot lies in the other.
         let of_dot = loose.stipples.first().filter(|_| loose.palette.len() == 2);
         inks.push(of_dot.map_or(loose.ground, |dot| dot.ink.other()));
-        let (frame, joined) = (loose.frame(), (0..inks.len()).collect());
+        let (frame, joined) = (loose.frame(), Joined::new(inks.len()));
         let ends = ends_on_frame(frame, &loose.curves);
         let (clusters, count) = clusters(frame, loose);
         let mut sides = Self {
@@ -99,7 +100,7 @@ impl<'a> Sides<'a> {
         };
         for k in 0..sides.ends.len() {
             let cluster = sides.clusters[sides.ends[k].curve as usize];
-            sides.is_placed[cluster] = true;
+            sides.is_placed[cluster as usize] = true;
         }
         sides.join_in_junctions()?;
         for k in 0..sides.ends.len() {
@@ -138,7 +139,7 @@ impl<'a> Sides<'a> {
 
     /// That nothing says what is around a cluster.
     fn lost(&self, cluster: usize) -> crate::Error {
-        let curve = self.clusters.iter().position(|of_curve| *of_curve == cluster).unwrap_or_default();
+        let curve = self.clusters.iter().position(|of_curve| *of_curve as usize == cluster).unwrap_or_default();
         invalid(format!("{} has no uppermost point", (self.names)(Shape::Curve(curve))))
     }
 
@@ -148,17 +149,9 @@ impl<'a> Sides<'a> {
         self.ends[k].around([left_side(curve), right_side(curve)])
     }
 
-    fn root(&mut self, mut side: usize) -> usize {
-        while self.joined[side] != side {
-            self.joined[side] = self.joined[self.joined[side]];
-            side = self.joined[side];
-        }
-        side
-    }
-
     /// Makes two sides one, or gives their inks if they differ.
     fn join(&mut self, a: usize, b: usize) -> std::result::Result<(), [Ink; 2]> {
-        let (a, b) = (self.root(a), self.root(b));
+        let (a, b) = (self.joined.lowest(a), self.joined.lowest(b));
         // What stands for the canvas has the ink of the first that is found there.
         let stand_in = 2 * self.loose.curves.len();
         if a == stand_in {
@@ -170,7 +163,7 @@ impl<'a> Sides<'a> {
         if self.inks[a] != self.inks[b] {
             return Err([self.inks[a], self.inks[b]]);
         }
-        self.joined[a.max(b)] = a.min(b);
+        self.joined.join(a, b);
         if a.max(b) == self.ground {
             self.ground = a.min(b);
         }
@@ -204,7 +197,7 @@ impl<'a> Sides<'a> {
         match shape {
             Shape::Stipple(dot) => self.around[dot] = side,
             Shape::Curve(number) if is_closed(&self.loose.curves[number]) => {
-                self.is_placed[self.clusters[number]] = true;
+                self.is_placed[self.clusters[number] as usize] = true;
                 let area = self.loose.curves[number].area();
                 if area == 0.0 || (area > 0.0) != top.turns_left {
                     return Err(invalid(format!("{} encloses nothing", (self.names)(shape))));
@@ -214,7 +207,7 @@ impl<'a> Sides<'a> {
             }
             // An open one: if the frame has not said it, what comes first of all that hangs together says it.
             Shape::Curve(number) => {
-                if !std::mem::replace(&mut self.is_placed[self.clusters[number]], true) {
+                if !std::mem::replace(&mut self.is_placed[self.clusters[number] as usize], true) {
                     let outer = self.side_around_top(number, top);
                     self.join(outer, side).map_err(|inks| self.differ(shape, neighbour.map(|(shape, _)| shape), inks))?;
                 }
@@ -251,7 +244,7 @@ impl<'a> Sides<'a> {
         // The stand-in for the canvas counts only where it is needed.
         let count = if self.ends.is_empty() { self.joined.len() } else { self.joined.len() - 1 };
         for side in 0..count {
-            let root = self.root(side);
+            let root = self.joined.lowest(side);
             if ids[root] == u32::MAX {
                 ids[root] = inks.len() as u32;
                 inks.push(self.inks[root]);
@@ -263,30 +256,13 @@ impl<'a> Sides<'a> {
 }
 
 /// What every curve hangs together with by junctions, by numbers from 0 on, and how many there are.
-fn clusters(frame: Frame, loose: &Loose) -> (Vec<usize>, usize) {
-    let mut joined: Vec<usize> = (0..loose.curves.len()).collect();
-    let root = |joined: &mut Vec<usize>, mut curve: usize| {
-        while joined[curve] != curve {
-            joined[curve] = joined[joined[curve]];
-            curve = joined[curve];
-        }
-        curve
-    };
+fn clusters(frame: Frame, loose: &Loose) -> (Vec<u32>, usize) {
+    let mut joined = Joined::new(loose.curves.len());
     for ends in junctions(frame, &loose.curves).into_values() {
         for pair in ends.windows(2) {
-            let (a, b) = (root(&mut joined, pair[0].0 as usize), root(&mut joined, pair[1].0 as usize));
-            joined[a.max(b)] = a.min(b);
+            joined.join(pair[0].0 as usize, pair[1].0 as usize);
         }
     }
-    let (mut numbers, mut count) = (vec![0; joined.len()], 0);
-    for curve in 0..joined.len() {
-        let first = root(&mut joined, curve);
-        if first == curve {
-            numbers[curve] = count;
-            count += 1;
-        } else {
-            numbers[curve] = numbers[first];
-        }
-    }
-    (numbers, count)
+    let (clusters, lowest) = joined.numbered();
+    (clusters, lowest.len())
 }

@@ -75,7 +75,7 @@ pub(super) fn by_radius(areas: &[Area], units: f64, canvas: [usize; 2]) -> Vec<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::{Control, Palette};
+    use crate::base::Control;
     use crate::drawing::{Loose, put_together};
     use crate::files::layers::Style;
     use crate::options::Inks;
@@ -88,16 +88,7 @@ mod tests {
             Stipple { x, y, radius, ink: Ink::BLACK, level: 0 }
         };
         let stipples = (0..4000).map(dot).collect();
-        let loose = Loose {
-            width: 648,
-            height: 408,
-            units: 16.0,
-            curves: vec![],
-            stipples,
-            ground: Ink::WHITE,
-            palette: Palette::default(),
-            sides: vec![],
-        };
+        let loose = Loose::plain(648, 408, vec![], stipples);
         put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap()
     }
 
@@ -129,16 +120,7 @@ mod tests {
         let dot = |(k, radius): (usize, f64)| Stipple { x: 10.0 * k as f64 + 5.0, y: 5.0, radius, ink: Ink::BLACK, level: 0 };
         let radii = [0.000_123, 0.0321, 0.777_777, 3.654_321];
         let stipples = radii.into_iter().enumerate().map(dot).collect();
-        let loose = Loose {
-            width: 40,
-            height: 10,
-            units: 16.0,
-            curves: vec![],
-            stipples,
-            ground: Ink::WHITE,
-            palette: Palette::default(),
-            sides: vec![],
-        };
+        let loose = Loose::plain(40, 10, vec![], stipples);
         let drawing = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
         for (dot, radius) in with_few_radii(&drawing).unwrap().stipples.iter().zip(radii) {
             assert!((dot.radius / radius - 1.0).abs() < 1e-12, "{} instead of {radius}", dot.radius);

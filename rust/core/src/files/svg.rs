@@ -341,16 +341,7 @@ pub(crate) mod samples {
             level: 0,
         };
         let (side, stipples) = (columns * 16 + 8, (0..count).map(dot).collect());
-        let loose = Loose {
-            width: side,
-            height: side,
-            units: 16.0,
-            curves,
-            stipples,
-            ground: Ink::WHITE,
-            palette: Palette::default(),
-            sides: vec![],
-        };
+        let loose = Loose::plain(side, side, curves, stipples);
         let drawing = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).expect("they are apart");
         Drawing { provenance: provenance(), ..drawing }
     }

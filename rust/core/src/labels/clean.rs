@@ -21,6 +21,15 @@ pub fn clean(graph: &Graph, tones: &[f32], labels: &mut [u8]) -> Result<()> {
     check_finite("tone", tones)?;
     check_labels(labels)?;
     let is_speck = |node: usize, label: u8| if label == 0 { tones[node] >= 1.0 - PURE } else { tones[node] <= PURE };
+    for node in specks(graph, labels, is_speck) {
+        labels[node] = 1 - labels[node];
+    }
+    Ok(())
+}
+
+/// The nodes of all components of one label that are specks and nothing else, by what is told of a node with its label.
+pub(super) fn specks(graph: &Graph, labels: &[u8], is_speck: impl Fn(usize, u8) -> bool) -> Vec<usize> {
+    let count = labels.len();
     let (mut is_seen, mut gone) = (vec![false; count], Vec::new());
     for first in 0..count {
         let label = labels[first];
@@ -45,8 +54,7 @@ pub fn clean(graph: &Graph, tones: &[f32], labels: &mut [u8]) -> Result<()> {
             gone.extend(specks);
         }
     }
-    gone.into_iter().for_each(|node| labels[node] = 1 - labels[node]);
-    Ok(())
+    gone
 }
 
 #[cfg(test)]

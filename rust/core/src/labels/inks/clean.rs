@@ -3,7 +3,7 @@
 use crate::base::Result;
 use crate::graph::{Graph, check_one_a_node};
 use crate::inks::{MOST_LABELS, Mixture, check_mixtures};
-use crate::labels::clean::PURE;
+use crate::labels::clean::{PURE, specks};
 use crate::labels::inks::check_labels_below;
 
 /// Gives back to the label of their largest part the nodes of every component whose mixtures all have none of its label: less than
@@ -17,31 +17,9 @@ pub fn clean_inks(graph: &Graph, mixtures: &[Mixture], labels: &mut [u8]) -> Res
     check_labels_below("labels", labels, MOST_LABELS, count)?;
     check_one_a_node("labels", labels.len(), count)?;
     let is_speck = |node: usize, label: u8| mixtures[node].part(label) <= PURE;
-    let (mut is_seen, mut gone) = (vec![false; count], Vec::new());
-    for first in 0..count {
-        let label = labels[first];
-        if is_seen[first] || !is_speck(first, label) {
-            continue;
-        }
-        // All specks that hang together, and whether anything else hangs on them.
-        is_seen[first] = true;
-        let (mut specks, mut next, mut is_held) = (vec![first], 0, false);
-        while let Some(node) = specks.get(next).copied() {
-            next += 1;
-            for other in graph.row(node).iter().map(|other| *other as usize).filter(|other| labels[*other] == label) {
-                if !is_speck(other, label) {
-                    is_held = true;
-                } else if !is_seen[other] {
-                    is_seen[other] = true;
-                    specks.push(other);
-                }
-            }
-        }
-        if !is_held {
-            gone.extend(specks);
-        }
+    for node in specks(graph, labels, is_speck) {
+        labels[node] = mixtures[node].largest();
     }
-    gone.into_iter().for_each(|node| labels[node] = mixtures[node].largest());
     Ok(())
 }
 
