@@ -142,7 +142,7 @@ pub fn with_subject(
             (mask, warning.map(|warning| told(input.path(), &warning)))
         }
         Subject::File(path) => {
-            let decoded = Input::file(path).read(reading, control)?;
+            let decoded = Input::file(path).read(&without_colour(reading), control)?;
             (Some(decoded.photo), decoded.warning.map(|warning| told(path, &warning)))
         }
     };
@@ -266,10 +266,14 @@ pub struct Evaluated {
     pub warning: Option<String>,
 }
 
-/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, without colour, and reduced by their
-/// own size; one
-/// whose bytes are given as `map` is not opened. The
-/// seconds that it took are added under their stage: `saliency`, or `decoding` for a file.
+/// How what is a map or a mask is read: as the photo is, but for its colour.
+fn without_colour(reading: &Reading) -> Reading {
+    Reading { colour: false, ..reading.clone() }
+}
+
+/// The importance of a photo, given as the luma that is drawn. Files are read as the photo is, without colour, and reduced by their own
+/// size; one whose bytes are given as `map` is not opened. The seconds that it took are added under their stage: `saliency`, or
+/// `decoding` for a file.
 ///
 /// # Errors
 /// As [`read_photo`]; [`Error::Core`] where it was cancelled.
@@ -286,7 +290,7 @@ pub fn evaluate(
     let read = |path: &str| {
         let path = Path::new(path);
         let mut input = map.map_or_else(|| Input::file(path), |bytes| Input::bytes(path, bytes.clone()));
-        let decoded = input.read(&Reading { colour: false, ..reading.clone() }, control)?;
+        let decoded = input.read(&without_colour(reading), control)?;
         warning = decoded.warning.map(|warning| told(path, &warning));
         Ok::<_, Error>(decoded.photo)
     };

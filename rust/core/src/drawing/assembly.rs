@@ -107,6 +107,12 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
 }
 
 impl Drawing {
+    /// The inks to the left and to the right of every curve.
+    pub fn sides(&self) -> Vec<[Ink; 2]> {
+        let ink = |region: u32| self.regions[region as usize].ink;
+        Surroundings::of(self).beside.into_iter().map(|sides| sides.map(ink)).collect()
+    }
+
     /// The drawing with other dots in the place of its own, or none: what lies beside what stays as it is, and the place of a dot that
     /// goes is filled by what is around it.
     ///

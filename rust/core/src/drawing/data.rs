@@ -171,19 +171,6 @@ impl Drawing {
         levels.into_iter().map(|((level, ink), marks)| Level { level, ink, marks }).collect()
     }
 
-    /// The inks to the left and to the right of every curve.
-    pub fn sides(&self) -> Vec<[Ink; 2]> {
-        let mut sides = vec![[Ink::BLACK; 2]; self.curves.len()];
-        for region in &self.regions {
-            for part in std::iter::once(&region.exterior).chain(&region.holes).flat_map(|ring| &ring.parts) {
-                if let RingPart::Curve { index, reversed } = *part {
-                    sides[index as usize][usize::from(reversed)] = region.ink;
-                }
-            }
-        }
-        sides
-    }
-
     /// The path of a ring with its true curves; empty for the outline of a stipple, which is no path but a circle.
     pub fn ring_path(&self, ring: &Ring) -> BezPath {
         let of_part = |part: &RingPart| match part {

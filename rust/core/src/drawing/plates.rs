@@ -137,7 +137,8 @@ pub(crate) mod samples {
         let random = |k: usize| 0.5 + 0.499 * f64::from(noise(seed.wrapping_mul(1 << 20) + k as u64));
         let sites: Vec<[f64; 2]> = (0..count).map(|k| [60.0 * random(2 * k), 40.0 * random(2 * k + 1)]).collect();
         let triangulation = triangulate(sites, 60, 40, &Control::new()).unwrap();
-        let inks = (0..inks).map(|k| NamedInk { name: format!("ink-{k}"), rgb: [40 * k as u8, 30, 200 - 20 * k as u8] }).collect();
+        let inks =
+            (0..inks).map(|k| NamedInk { name: format!("ink-{k}"), rgb: [(13 * k) as u8, 30, (200 - 9 * k) as u8] }).collect();
         let palette = Palette::new(inks, [250, 250, 240], overprint).unwrap();
         let labels: Vec<u8> = (triangulation.graph.sites.iter().enumerate())
             .map(|(node, [x, y])| {
