@@ -351,6 +351,8 @@ mod tests {
             let arguments = match (declaration.group, declaration.rule) {
                 (Group::Method, _) => format!("--published {flag}={text}"),
                 (_, Rule::Switch) => format!("--{flag}"),
+                // It is behind a subject alone.
+                _ if declaration.name == "backdrop" => format!("--{flag} {text} --subject mask.png"),
                 _ => format!("--{flag} {text}"),
             };
             let mut expected = Options::default();
