@@ -141,16 +141,14 @@ class Session:
     another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a
     map has more than a megapixel, one whose number of nodes asks for another reduction.
 
-    The colour of the photo is kept for options that want it, even if none does yet: 12 bytes a pixel of the photo as reduced, none
-    if it is grey.
     So is the subject; the `backdrop` that a drawing has is one of its options.
 
     A drawing shares its graph and its importance with the session; docs/performance.md says how much memory that is. Threads may
     use one session: they draw one after the other.
 
-    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced (16 with
-    colours), and its importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an
-    array with transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
+    A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced, and its
+    importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an array with
+    transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
 
     Parameters
     ----------
@@ -359,8 +357,7 @@ class Session:
 
     def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         reading = reading_of(options, *self._limits)
-        # Later options may want the colour.
-        photo, heard = _read_photo(self._image, self._subject, reading, seconds, report, colour=True)
+        photo, heard = _read_photo(self._image, self._subject, reading, seconds, report, colour=False)
         return _state(photo, heard, self._importance, reading, seconds)
 
 

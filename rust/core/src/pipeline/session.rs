@@ -27,8 +27,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session on a photo, reduced as it is; nothing is computed yet. Its colour is kept where it has one, whatever is drawn first:
-    /// 12 bytes a pixel of the luma, and none if it is grey.
+    /// A session on a photo, reduced as it is; nothing is computed yet.
     pub fn new(photo: Photo, importance: Importance) -> Self {
         Self { photo, importance, memory: Memory::new(true) }
     }
