@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use graphstipple_bench::{Photo, is_smoke_run, median, options, photo};
-use graphstipple_core::stages::{Inks, Outline, Style};
+use graphstipple_core::stages::{Only, Outline, Style};
 use graphstipple_core::{Control, Drawing, Export, Format, Outcome, draw};
 use kurbo::PathEl;
 
@@ -23,19 +23,19 @@ struct Way {
     name: &'static str,
     suffix: &'static str,
     style: Style,
-    inks: Inks,
+    only: &'static [&'static str],
     one_bit: bool,
 }
 
 impl Way {
     const fn flat(name: &'static str, suffix: &'static str) -> Self {
-        Self { name, suffix, style: Style::Flat, inks: Inks::Black, one_bit: false }
+        Self { name, suffix, style: Style::Flat, only: &[], one_bit: false }
     }
 }
 
 const WAYS: [Way; 9] = [
     Way::flat("SVG, flat", "svg"),
-    Way { inks: Inks::Both, ..Way::flat("SVG, both inks", "svg") },
+    Way { only: &["black", "white"], ..Way::flat("SVG, both inks", "svg") },
     Way { style: Style::Layered, ..Way::flat("SVG, layered", "svg") },
     Way::flat("PDF, flat", "pdf"),
     Way::flat("EPS, flat", "eps"),
@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Writes a drawing in memory and tells what came of it.
 fn row(drawing: &Drawing, way: &Way, making: f64) -> Result<String, Box<dyn Error>> {
-    let export = Export { style: way.style, inks: way.inks, one_bit: way.one_bit, ..Export::default() };
+    let export = Export { style: way.style, only: Only::named(way.only), one_bit: way.one_bit, ..Export::default() };
     let writer = Format::of_suffix(way.suffix)?.writer(export.check()?)?;
     let mut seconds = Vec::new();
     let mut bytes = Vec::new();
@@ -100,7 +100,7 @@ fn points(drawing: &Drawing, way: &Way, bytes: &[u8]) -> Option<usize> {
 
 /// Coordinate pairs of the layers, with so many for a quadratic curve.
 fn pairs(drawing: &Drawing, way: &Way, for_quadratic: usize) -> usize {
-    let layers = drawing.layers(way.style, way.inks, None).layers;
+    let layers = drawing.layers(way.style, &Only::named(way.only), None).expect("black and white have these layers").layers;
     let areas = layers.iter().flat_map(|layer| &layer.areas);
     let outlines = areas.flat_map(|area| std::iter::once(&area.exterior).chain(&area.holes));
     let of_element = |element: &PathEl| match element {

@@ -78,7 +78,7 @@ def main(names: list[str]) -> None:
     drawings()
     areas()
     lines = ["gamma=1.5", "nodes=1e5", "published.alpha=tonal", "preset=linocut", "page=A4", "width=20cm", "dpi=300", "margin=5",
-             "style=layered", "inks=white", "one_bit=true", "background=#fff", "page=300x200mm", "suffix=svg"]  # fmt: skip
+             "style=layered", "only=white", "one_bit=true", "background=#fff", "page=300x200mm", "suffix=svg"]  # fmt: skip
     write("options", "\n".join(lines).encode())
     for line in lines:
         write("options", line.encode())

@@ -158,8 +158,8 @@ def test_save_by_suffix(drawing: gs.Drawing, tmp_path: Path) -> None:
         ({"dpi": "fine"}, 'dpi is "fine", but it must be a number between 1 and 10000 pixels per inch'),
         ({"style": "round"}, 'style is "round", but it must be "flat" or "layered"'),
         ({"style": 1}, 'style is 1, but it must be "flat" or "layered"'),
-        ({"inks": "red"}, 'inks is "red", but it must be .*"black"'),
-        ({"style": "layered", "inks": "white"}, "inks is white"),
+        ({"only": "red"}, "only is red, but it must be inks of the drawing or its paper, .*: black, white"),
+        ({"style": "layered", "only": "white"}, "only is white"),
         ({"one_bit": "yes"}, 'one_bit is "yes", but it must be True or False'),
     ],
 )

@@ -145,7 +145,7 @@ def test_every_flag_of_a_drawing_is_taken() -> None:
         "--min-dot",
         "0.3mm",
     ]
-    words += ["--style", "flat", "--inks", "both", "--paper", "white", "--elements", "layers", "--dots", "circles"]
+    words += ["--style", "flat", "--only", "black,white", "--paper", "white", "--elements", "layers", "--dots", "circles"]
     words += ["--curves", "splines", "--one-bit", "--linear", "--invert"]
     words += ["--process", "vinyl", "--min-feature", "1mm", "--min-gap", "1mm", "--min-area", "9mm2", "--islands", "bridge"]
     # The node budget is one or the other, and what is off needs no flag.

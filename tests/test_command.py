@@ -153,7 +153,7 @@ def test_every_option_means_the_same(command, photos, tmp_path, arguments, optio
     assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=options_with(**options)).svg()
 
 
-INKS = {preset.name: preset.inks for preset in gs.presets()}
+ONLY = {preset.name: preset.only or None for preset in gs.presets()}
 """What every preset is written with."""
 
 
@@ -161,7 +161,7 @@ INKS = {preset.name: preset.inks for preset in gs.presets()}
 def test_a_preset_means_the_same(command, photos, tmp_path, name):
     done(command, photos / "coffee.png", "-o", tmp_path / "out.svg", "--preset", name)
     assert (tmp_path / "out.svg").read_text() == gs.draw(photos / "coffee.png", options=gs.Options.preset(name)).svg(
-        inks=INKS[name]
+        only=ONLY[name]
     )
 
 
@@ -192,8 +192,8 @@ def test_png_and_preview_are_the_raster(program, photos, tmp_path):
         *((suffix, {}) for suffix in SUFFIXES),
         ("svg", {"width": "120mm", "margin": "5mm", "elements": "marks"}),
         ("pdf", {"style": "layered", "page": "A5", "paper": "#fed"}),
-        ("dxf", {"inks": "white", "width": "300px", "curves": "splines"}),
-        ("svgz", {"inks": "both", "width": "4in", "dots": "strokes"}),
+        ("dxf", {"only": "white", "width": "300px", "curves": "splines"}),
+        ("svgz", {"only": "black,white", "width": "4in", "dots": "strokes"}),
         ("png", {"width": "3in", "margin": "0.5in", "dpi": 100, "one_bit": True}),
     ],
     ids=str,

@@ -38,9 +38,9 @@ PIXEL_TOLERANCE = 48.0
 
 SUFFIXES = ("svg", "svgz", "pdf", "eps", "dxf", "png")
 STYLES: list[dict[str, Any]] = [
-    {"style": "flat", "inks": "black"},
-    {"style": "flat", "inks": "white"},
-    {"style": "flat", "inks": "both"},
+    {"style": "flat", "only": "black"},
+    {"style": "flat", "only": "white"},
+    {"style": "flat", "only": "black,white"},
     {"style": "layered"},
 ]
 styles = pytest.mark.parametrize("style", STYLES, ids=["black", "white", "both", "layered"])
@@ -131,7 +131,7 @@ def test_every_vector_format_shows_the_picture(name: str, suffix: str, style: di
     path = tmp_path / f"drawing.{suffix}"
     drawing.save(path, **style)
     width = FINE * drawing.width
-    fine = painted_dxf(path, drawing, width, black_paper=style.get("inks") == "white") if suffix == "dxf" else painted(path, width)
+    fine = painted_dxf(path, drawing, width, black_paper=style.get("only") == "white") if suffix == "dxf" else painted(path, width)
     check_same(oracles.box_average(fine, FINE), reference(drawing))
 
 
@@ -185,8 +185,8 @@ def test_flat_and_layered_differ_at_antialiased_pixels_only(name: str) -> None:
         layered = readers.svg(drawing.svg(style="layered"), width).astype(int)
         around = np.lib.stride_tricks.sliding_window_view(np.pad(layered, 1, "edge"), (3, 3))
         edge = around.max(axis=(2, 3)) > around.min(axis=(2, 3))
-        for inks in ("black", "white", "both"):
-            flat = readers.svg(drawing.svg(inks=inks), width)
+        for only in ("black", "white", "black,white"):
+            flat = readers.svg(drawing.svg(only=only), width)
             assert not ((flat != layered) & ~edge).any()
             assert np.abs(flat.astype(int) - layered).mean() < 0.5
 
@@ -214,27 +214,27 @@ def test_a_margin_is_empty_paper(name: str, suffix: str, tmp_path: Path) -> None
 FLAT_LAYERS = {
     "black": ["black-regions", "black-stipples"],
     "white": ["paper", "white-regions", "white-stipples"],
-    "both": ["underlay", "black-regions", "black-stipples", "white-regions", "white-stipples"],
+    "black,white": ["underlay", "black-regions", "black-stipples", "white-regions", "white-stipples"],
 }
 
 
-@pytest.mark.parametrize("inks", FLAT_LAYERS)
-def test_layers_of_a_flat_drawing(inks: Any, tmp_path: Path) -> None:
-    drawing, ids = drawn("camera"), FLAT_LAYERS[inks]
+@pytest.mark.parametrize("only", FLAT_LAYERS)
+def test_layers_of_a_flat_drawing(only: Any, tmp_path: Path) -> None:
+    drawing, ids = drawn("camera"), FLAT_LAYERS[only]
     labels = [name.capitalize().replace("-", " ") for name in ids]
 
-    groups = ElementTree.fromstring(drawing.svg(inks=inks)).findall(f"{SVG}g")
+    groups = ElementTree.fromstring(drawing.svg(only=only)).findall(f"{SVG}g")
     assert [group.get("id") for group in groups] == ids
     assert [group.get(f"{INKSCAPE}label") for group in groups] == labels
     assert {group.get(f"{INKSCAPE}groupmode") for group in groups} == {"layer"}
 
-    drawing.save(tmp_path / "drawing.pdf", inks=inks)
+    drawing.save(tmp_path / "drawing.pdf", only=only)
     assert pdf_layers(tmp_path / "drawing.pdf") == labels
 
-    drawing.save(tmp_path / "drawing.eps", inks=inks)
+    drawing.save(tmp_path / "drawing.eps", only=only)
     assert re.findall(r"%%BeginObject: (.*)", (tmp_path / "drawing.eps").read_text("ascii")) == labels
 
-    drawing.save(tmp_path / "drawing.dxf", inks=inks)
+    drawing.save(tmp_path / "drawing.dxf", only=only)
     document = readers.dxf(tmp_path / "drawing.dxf")
     own = [layer.dxf.name for layer in document.layers if layer.dxf.name.lower() not in {"0", "defpoints"}]
     assert own == [name for name in ids if name != "underlay"]
@@ -285,8 +285,8 @@ def test_the_same_bytes_in_every_run(suffix: str, style: dict[str, Any], tmp_pat
 
 def test_saved_text_is_what_the_methods_return(tmp_path: Path) -> None:
     drawing = drawn("camera")
-    drawing.save(tmp_path / "drawing.svg", "200mm", margin="1cm", page="A3", inks="both")
-    assert (tmp_path / "drawing.svg").read_text("utf-8") == drawing.svg(width="200mm", margin="1cm", page="A3", inks="both")
+    drawing.save(tmp_path / "drawing.svg", "200mm", margin="1cm", page="A3", only="black,white")
+    assert (tmp_path / "drawing.svg").read_text("utf-8") == drawing.svg(width="200mm", margin="1cm", page="A3", only="black,white")
     drawing.save(tmp_path / "drawing.json")
     assert (tmp_path / "drawing.json").read_text("utf-8") == drawing.json()
 
@@ -372,7 +372,7 @@ def test_dxf_is_in_millimetres(sizes: dict[str, Any], page: tuple[float, float],
 
 
 def test_a_dxf_has_every_boundary_once(tmp_path: Path) -> None:
-    drawn("camera").save(path := tmp_path / "drawing.dxf", inks="both")
+    drawn("camera").save(path := tmp_path / "drawing.dxf", only="black,white")
     document = readers.dxf(path)
     colours = {layer.dxf.name: layer.color for layer in document.layers if layer.dxf.name.lower() not in {"0", "defpoints"}}
     assert colours == {"black-regions": 7, "black-stipples": 7, "white-regions": 1, "white-stipples": 1}

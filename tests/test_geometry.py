@@ -203,8 +203,8 @@ FILES: list[tuple[str, dict[str, Any]]] = [
     ("json", {}),
     ("svg", {}),
     ("svg", {"style": "layered"}),
-    ("svg", {"inks": "white"}),
-    ("svg", {"inks": "both"}),
+    ("svg", {"only": "white"}),
+    ("svg", {"only": "black,white"}),
     ("svg", {"width": "200mm"}),
     ("svg", {"page": "A4", "margin": "10mm", "style": "layered"}),
 ]
@@ -224,7 +224,7 @@ def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
         assert len(one.holes) == len(other.holes)
         for hole, other_hole in zip(one.holes, other.holes, strict=True):
             np.testing.assert_array_equal(hole, other_hole)
-    for how in ({}, {"style": "layered"}, {"inks": "both"}):
+    for how in ({}, {"style": "layered"}, {"only": "black,white"}):
         assert loaded.svg(**how) == drawing.svg(**how)  # type: ignore[arg-type]
     assert loaded.json() == drawing.json()
     np.testing.assert_array_equal(loaded.rasterize(), drawing.rasterize())

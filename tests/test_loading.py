@@ -26,7 +26,7 @@ import graphstipple as gs
 # Small pictures often come out blank, which is told and is not what these tests are about.
 pytestmark = pytest.mark.filterwarnings("ignore:the whole drawing is:graphstipple.GraphStippleWarning")
 
-STYLES: list[dict[str, Any]] = [{}, {"style": "layered"}, {"inks": "white"}, {"inks": "both"}]
+STYLES: list[dict[str, Any]] = [{}, {"style": "layered"}, {"only": "white"}, {"only": "black,white"}]
 
 SHOWN = (0, 1, 2)
 """The styles of which a picture is compared: with both inks, the paper shines through where they meet."""

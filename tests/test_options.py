@@ -61,7 +61,7 @@ def test_presets_are_options_by_name() -> None:
     assert options[1] == gs.Options.paper()
     assert len(set(options)) == len(options)
     assert gs.Options.preset("linocut", relax=4) == gs.Options.preset("linocut").replace(relax=4)
-    assert {preset.name: preset.inks for preset in gs.presets()}["scratchboard"] == "white"
+    assert {preset.name: preset.only for preset in gs.presets()}["scratchboard"] == "white"
     with pytest.raises(gs.InvalidInputError, match="preset is lino, but it must be default, paper, "):
         gs.Options.preset("lino")
 

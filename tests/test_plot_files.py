@@ -261,7 +261,7 @@ def test_vpype_reads_the_paths_in_order(plot: gs.Plot, tmp_path: Path) -> None:
 
 
 def test_vpype_keeps_a_layer_for_every_pen(drawing: gs.Drawing, tmp_path: Path) -> None:
-    both = drawing.plot("0.5mm", "120mm", inks="both", refill="2m", paper="#808080")
+    both = drawing.plot("0.5mm", "120mm", only="black,white", refill="2m", paper="#808080")
     paths = {number: layer.paths for number, layer in enumerate(both.layers, 1)}
     assert list(paths) == [1, 2]
     for machine, pause in [(None, ""), ("axidraw", "!")]:
@@ -455,7 +455,7 @@ def test_a_pen_is_filled_and_changed(drawing: gs.Drawing, tmp_path: Path) -> Non
         if i < len(pieces) - 1:
             assert sum(line[:-1]) <= 1500.1, "it drew on without ink"
             assert sum(line) > 1499.9, "it was filled too soon"
-    both = drawing.plot("0.4mm", "120mm", inks="both")
+    both = drawing.plot("0.4mm", "120mm", only="black,white")
     assert saved(both, tmp_path / "plot.gcode").count("M0\n") == 1
     pens = [pen for pen, _ in read_hpgl(saved(both, tmp_path / "plot.hpgl"))]
     assert [pen for pen, _ in itertools.groupby(pens)] == [1, 2]

@@ -258,7 +258,7 @@ def test_a_drawing_of_one_ink_is_plotted() -> None:
     plot = black.plot("1mm", "60mm")
     assert len(plot.paths) >= 1
     assert (plot.rasterize(600) < 128).mean() > 0.995
-    both = black.plot("1mm", "60mm", inks="both")
+    both = black.plot("1mm", "60mm", only="black,white")
     assert [layer.ink for layer in both.layers] == ["black"]
 
 

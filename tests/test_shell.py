@@ -54,7 +54,6 @@ def test_completions_are_the_same_every_time_and_from_pip(command, shell):
     [
         (["--preset", "po"], ["portrait", "poster"]),
         (["--style", "l"], ["layered"]),
-        (["--inks", ""], ["black", "both", "white"]),
         (["--white-point", ""], ["auto"]),
         (["--page", "le"], ["legal", "letter"]),
         (["--max-b"], ["--max-bytes"]),

@@ -82,7 +82,7 @@ def room() -> Iterator[Room]:
 LOOKS: list[dict[str, Any]] = [
     {},
     {"preset": "scratchboard", "suffix": "pdf"},
-    {"preset": "scratchboard", "settings": {"inks": "both"}},
+    {"preset": "scratchboard", "settings": {"only": "black,white"}},
     {"preset": "scratchboard", "settings": {"style": "layered"}},
     {"preset": "portrait", "options": {"fineness": 0.5, "published.k1": 3, "tone_tolerance": None, "seed": 7, "irregularity": 0.5}},
     {
@@ -99,7 +99,7 @@ LOOKS: list[dict[str, Any]] = [
     {"importance": "painted", "suffix": "dxf", "settings": {"curves": "splines", "elements": "marks"}},
     {"suffix": "json", "settings": {"width": "10mm"}, "options": {"nodes": 900}},
     {"suffix": "svgz", "settings": {"dots": "strokes"}},
-    {"suffix": "eps", "settings": {"inks": "white"}, "preset": "linocut"},
+    {"suffix": "eps", "settings": {"only": "white"}, "preset": "linocut"},
 ]
 
 

@@ -22,7 +22,7 @@ import graphstipple as gs
 
 SVG = "{http://www.w3.org/2000/svg}"
 
-STYLES: list[dict[str, Any]] = [{}, {"inks": "white"}, {"inks": "both"}, {"style": "layered"}]
+STYLES: list[dict[str, Any]] = [{}, {"only": "white"}, {"only": "black,white"}, {"style": "layered"}]
 styles = pytest.mark.parametrize("style", STYLES, ids=["black", "white", "both", "layered"])
 
 
@@ -58,7 +58,7 @@ def test_marks_are_elements_and_read_back(portrait: gs.Drawing, style: dict[str,
         else:
             code = portrait.regions[int(number)].ink
         assert ink == ("black", "white")[code]
-    wanted = {"white": [1], "both": [0, 1]}.get(style.get("inks", ""), [0, 1] if "style" in style else [0])
+    wanted = {"white": [1], "black,white": [0, 1]}.get(style.get("only", ""), [0, 1] if "style" in style else [0])
     dots = sum("-stipple-" in name for name in elements)
     assert dots == np.isin(portrait.stipples["ink"], wanted).sum()
 
@@ -233,7 +233,7 @@ def test_paper_covers_the_page_in_every_style(suffix: str, style: dict[str, Any]
     margin[8:-8, 8:-8] = False
     assert np.abs(picture[margin] - paper).max() <= 1
     inner = picture[8:-8, 8:-8]
-    ends = {"white": (paper, white), "both": (black, white)}.get(style.get("inks", ""), (black, paper))
+    ends = {"white": (paper, white), "black,white": (black, white)}.get(style.get("only", ""), (black, paper))
     share = drawing.rasterize()[..., None] / 255
     expected = ends[0] * (1 - share) + ends[1] * share
     assert np.abs(inner - expected).mean() < (1 if suffix == "png" else 4)
@@ -265,7 +265,7 @@ def test_an_empty_canvas_reads_back(value: int, style: dict[str, Any], tmp_path:
 def lighter(paint: Callable[[str, int, int], Any], drawing: gs.Drawing, scale: int) -> tuple[Any, Any]:
     """Return by how much every pixel of both inks is lighter than black alone on white: as it is, and without the underlay."""
     width, height = scale * drawing.width, scale * drawing.height
-    document = drawing.svg(inks="both")
+    document = drawing.svg(only="black,white")
     bare = re.sub(r'<g id="underlay".*?</g>', "", document, flags=re.S)
     assert bare != document
     black, with_underlay, without = (paint(svg, width, height).astype(int) for svg in (drawing.svg(), document, bare))
@@ -295,7 +295,7 @@ def test_no_hairline_shows_between_the_inks(program: str, scale: int, portrait: 
 def test_a_paper_of_the_ink_is_refused(portrait: gs.Drawing, tmp_path: Path) -> None:
     for settings, told in (
         ({"paper": "black"}, "paper is black, but it must be another colour than black"),
-        ({"paper": "#fff", "inks": "white"}, "paper is #fff, but it must be another colour than white"),
+        ({"paper": "#fff", "only": "white"}, "paper is #fff, but it must be another colour than white"),
         ({"paper": "red"}, 'paper is "red", but it must be "none", or a colour: white, black, #rrggbb or #rgb'),
     ):
         with pytest.raises(gs.InvalidInputError, match=re.escape(told)):

@@ -4,9 +4,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use graphstipple_core::stages::{
-    Checked, Diffusion, FirstGraph, Nodes, Refinement, Shaping, TonedCells, Triangulation, assemble, cells, components, diffuse,
-    diffuse_lattice, emphasize, fine_grained, first_graph, grounds, kept_sites, lattice_means, outline, raster::rasterize, refine,
-    relax, samples_per_pixel, stipple, toned_cells, triangulate,
+    Checked, Diffusion, FirstGraph, Nodes, Refinement, Shaping, TonedCells, Tones, Triangulation, assemble, cells, components,
+    diffuse, diffuse_lattice, emphasize, fine_grained, first_graph, grounds, kept_sites, lattice_means, outline, raster::rasterize,
+    refine, relax, samples_per_pixel, stipple, toned_cells, triangulate,
 };
 use graphstipple_core::{Control, Export, Field, Format, Options, Outcome, Result, draw};
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
@@ -163,7 +163,7 @@ impl Prepared {
             Some(marks) => (&marks.places, &marks.areas),
             None => (sites, areas),
         };
-        let nodes = move || Nodes { labels, places, areas: mark_areas, tones: Some(&self.means), bands: None };
+        let nodes = move || Nodes { labels, places, areas: mark_areas, tones: Some(Tones::Grey(&self.means)), bands: None };
         vec![
             Stage::new("saliency", Parallel, move || fine_grained(&self.bytes, width, height)),
             Stage::new("emphasis", Parallel, move || emphasize(luma, budget.spacing, options)),

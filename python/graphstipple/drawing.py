@@ -29,7 +29,6 @@ Style: TypeAlias = Literal["flat", "layered"]
 Curves: TypeAlias = Literal["polylines", "splines"]
 """How a vector file expresses the picture."""
 
-Inks: TypeAlias = Literal["black", "white", "both"]
 """What a flat vector file is written with."""
 
 Elements: TypeAlias = Literal["layers", "marks"]
@@ -197,7 +196,7 @@ class Drawing:
         page: str | None = None,
         dpi: float | None = None,
         style: Style = "flat",
-        inks: Inks = "black",
+        only: str | Sequence[str] | None = None,
         paper: str | None = None,
         elements: Elements = "layers",
         dots: Dots = "circles",
@@ -229,9 +228,10 @@ class Drawing:
             written into the file.
         style : {"flat", "layered"}
             How vector formats express the picture: as disjoint areas with holes, or as white over black over white.
-        inks : {"black", "white", "both"}
-            What a flat vector file is written with: black, white on black paper, or both in layers of their own over an underlay of
-            black, so that nothing shines through where they meet.
+        only : str or sequence of str, optional
+            The inks that a flat vector file is written with, by their names: "black", "white" on black paper, or "black,white" in
+            layers of their own over an underlay of black, so that nothing shines through where they meet; of a drawing of several
+            inks any of `inks`, and "paper" for what they leave. By default all inks and not the paper.
         paper : str, optional
             Colour of the whole page, margins included: "white", "black", "#rrggbb" or "#rgb". White marks that are paper have it
             too: all of a layered drawing, and those of a PNG. By default, or with "none", what is not drawn is transparent, in a
@@ -265,7 +265,7 @@ class Drawing:
             If a vector file has a boundary of so many points that programs leave it out.
         """
         settings = _given(width=width, margin=margin, page=page, dpi=dpi, paper=paper)
-        settings |= _plain(style=style, inks=inks, elements=elements, dots=dots, curves=curves, one_bit=one_bit)
+        settings |= _given(only=_names(only)) | _plain(style=style, elements=elements, dots=dots, curves=curves, one_bit=one_bit)
         warning = self._core.save(path_to_write(path), settings, bool(force))
         if warning:
             warnings.warn(warning, GraphStippleWarning, stacklevel=2)
@@ -277,14 +277,14 @@ class Drawing:
         margin: Length | None = None,
         page: str | None = None,
         style: Style = "flat",
-        inks: Inks = "black",
+        only: str | Sequence[str] | None = None,
         paper: str | None = None,
         elements: Elements = "layers",
         dots: Dots = "circles",
     ) -> str:
         """Return the drawing as an SVG document, the same that `save` writes with these parameters."""
         settings = _given(width=width, margin=margin, page=page, paper=paper)
-        settings |= _plain(style=style, inks=inks, elements=elements, dots=dots)
+        settings |= _given(only=_names(only)) | _plain(style=style, elements=elements, dots=dots)
         return self._core.encode("svg", settings).decode()
 
     def json(self) -> str:
@@ -333,7 +333,7 @@ class Drawing:
         bleed: Length = 0,
         angle: float = 45,
         refill: Length | None = None,
-        inks: Inks = "black",
+        only: str | Sequence[str] | None = None,
         paper: str | None = None,
     ) -> Plot:
         """Return the drawing as paths for a pen, in the order in which they are drawn, instead of outlines of areas.
@@ -363,8 +363,8 @@ class Drawing:
             Angle of hatching in degrees, counter-clockwise from level lines.
         refill : float or str, optional
             Pause to fill the pen again after so much line, such as "50m".
-        inks : {"black", "white", "both"}
-            What is drawn: black, white on black paper, or both, with a pen each.
+        only : str or sequence of str, optional
+            The inks that are drawn, as for `save`, with a pen each.
         paper : str, optional
             Colour of the page, as for `save`, for how an SVG is shown.
 
@@ -377,7 +377,7 @@ class Drawing:
         InvalidInputError
             If a value breaks its rule, the pen is wider than the drawing, or the drawing does not fit on its page.
         """
-        settings = _given(width=width, margin=margin, page=page, paper=paper) | _plain(inks=inks)
+        settings = _given(width=width, margin=margin, page=page, paper=paper, only=_names(only))
         pens = _plain(pen=pen, fill=fill, dots=dots, order=order, overlap=overlap, bleed=bleed, angle=angle)
         return Plot(_core.plot(self._core, pens | _given(refill=refill), settings))
 
@@ -468,17 +468,18 @@ class Drawing:
         """The regions of the flat picture, each built when it is asked for."""
         return _Regions(self._core)
 
-    def to_shapely(self, ink: Literal["black", "white"] = "black") -> shapely.MultiPolygon:
+    def to_shapely(self, ink: str | None = None) -> shapely.MultiPolygon:
         """Return all areas of an ink as one shapely geometry, for plotters, maps and measurements.
 
         Its polygons are the regions of that ink with their holes, in the order of `regions`, then the stipples, in the order of
-        `stipples`, as polygons: curves are flattened as for `regions` and neighbours share their points. So the polygons of both
-        inks are disjoint and their areas add up to the canvas. Coordinates are pixels of the canvas, y running down.
+        `stipples`, as polygons: curves are flattened as for `regions` and neighbours share their points. So the polygons of all
+        inks and the paper are disjoint and their areas add up to the canvas. Coordinates are pixels of the canvas, y running down.
+        Of inks laid over each other, those of an ink are its plate's.
 
         Parameters
         ----------
-        ink : {"black", "white"}
-            Which ink.
+        ink : str, optional
+            The name of an ink, or of the paper: "white" in black and white, else "paper". By default the first ink, black.
 
         Returns
         -------
@@ -491,15 +492,50 @@ class Drawing:
         InvalidInputError
             If there is no such ink.
         """
-        if ink not in {"black", "white"}:
-            raise InvalidInputError(f'ink is {ink!r}, but it must be "black" or "white"')
+        inks, _, overprint = self._core.palette
+        names = [*(name for name, _ in inks), self.paper_name]
+        if ink is not None and ink not in names:
+            allowed = ", ".join(f'"{name}"' for name in names[:-1]) + f' or "{names[-1]}"'
+            raise InvalidInputError(f"ink is {ink!r}, but it must be {allowed}")
+        number = 0 if ink is None else names.index(ink)
         try:
             import shapely  # noqa: PLC0415  # only this method needs it
         except ImportError as error:
             raise MissingPackageError(f"to_shapely needs the package shapely ({error}): pip install shapely") from error
-        points, ring_of_point, area_of_ring = self._core.polygons(["black", "white"].index(ink))
+        core, label = (self._core.plate(number), 0) if overprint else (self._core, number)
+        points, ring_of_point, area_of_ring = core.polygons(label)
         rings = shapely.linearrings(points, indices=ring_of_point)
         return shapely.multipolygons(shapely.polygons(rings, indices=area_of_ring))
+
+    @property
+    def inks(self) -> dict[str, str]:
+        """The inks by name, with their colours as "#rrggbb": of black and white, black alone."""
+        inks, _, _ = self._core.palette
+        return {name: "#{:02x}{:02x}{:02x}".format(*rgb) for name, rgb in inks}
+
+    @property
+    def paper_name(self) -> str:
+        """The name of what no ink covers: "white" in black and white, else "paper"."""
+        return "white" if self.inks == {"black": "#000000"} and self._core.palette[1] == [255] * 3 else "paper"
+
+    def plate(self, ink: str) -> Drawing:
+        """Return what one ink covers, as a drawing of that ink alone: for cutters, rules, or a file for each ink.
+
+        Parameters
+        ----------
+        ink : str
+            The name of one of `inks`, or "paper".
+
+        Raises
+        ------
+        InvalidInputError
+            If there is no such ink.
+        """
+        names = [*self.inks, self.paper_name]
+        if ink not in names:
+            allowed = ", ".join(f'"{name}"' for name in names[:-1]) + f' or "{names[-1]}"'
+            raise InvalidInputError(f"ink is {ink!r}, but it must be {allowed}")
+        return Drawing(self._core.plate(names.index(ink)), self._options, self._seconds, self._decoder)
 
     @cached_property
     def stats(self) -> dict[str, Any]:
@@ -629,6 +665,11 @@ def plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 def _plain(**settings: Any) -> dict[str, Any]:
     """Return settings of how a file is written likewise."""
     return plain_settings(settings)
+
+
+def _names(only: str | Sequence[str] | None) -> str | None:
+    """Return names of inks with commas between them."""
+    return only if only is None or isinstance(only, str) else ",".join(only)
 
 
 def _given(**settings: Any) -> dict[str, Any]:

@@ -143,8 +143,9 @@ class Preset(NamedTuple):
     name: str
     description: str
     """What it gives, in a few words."""
-    inks: Literal["black", "white", "both"]
-    """What a flat vector file is best written with: the `inks` of `Drawing.save`. The command line does so by itself."""
+    only: str
+    """What a flat vector file is best written with: the `only` of `Drawing.save`, or "" for all inks. The command line does so by
+    itself."""
 
 
 def presets() -> list[Preset]:
@@ -154,4 +155,4 @@ def presets() -> list[Preset]:
     -------
     list of Preset
     """
-    return [Preset(name, description, inks) for name, description, inks in _core.presets()]
+    return [Preset(name, description, only) for name, description, only in _core.presets()]

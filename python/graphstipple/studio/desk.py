@@ -612,8 +612,8 @@ def _declared() -> dict[str, Any]:
         # A path is what a page may not name.
         "sources": [{"form": form, "description": stands} for form, stands in _core.sources() if " " not in form],
         "presets": [
-            {"name": name, "description": description, "inks": inks, "values": values(name)}
-            for name, description, inks in _core.presets()
+            {"name": name, "description": description, "only": only, "values": values(name)}
+            for name, description, only in _core.presets()
         ],
     }
 

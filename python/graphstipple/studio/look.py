@@ -111,10 +111,10 @@ class Look:
         settings = _settings(_table(said, "settings"), suffix)
         if suffix not in _WITH_PIXELS:
             _check_unit("min_dot", min_dot)
-        inks = {name: inks for name, _, inks in _core.presets()}[preset]
-        # As on the command line: a layered drawing has both inks.
-        if suffix in SETTINGS["inks"].formats and "inks" not in settings and settings.get("style", "flat") == "flat":
-            settings["inks"] = inks
+        only = {name: only for name, _, only in _core.presets()}[preset]
+        # As on the command line: a layered drawing has all inks.
+        if only and suffix in SETTINGS["only"].formats and "only" not in settings and settings.get("style", "flat") == "flat":
+            settings["only"] = only
         return cls(preset, changed, Options._of(checked), _importance(said), settings, min_dot or None, suffix)
 
     @property
@@ -171,11 +171,11 @@ class Look:
 
     def _written(self, *, for_python: bool = False) -> dict[str, Any]:
         """Return the settings that have to be said, beyond what a preset suggests on the command line."""
-        inks = {name: inks for name, _, inks in _core.presets()}[self.preset]
-        usual = "black" if for_python else inks
+        only = {name: only for name, _, only in _core.presets()}[self.preset]
+        usual = "" if for_python else only
         written = {name: value for name, value in self.settings.items() if value is not False}
-        if written.get("inks") == usual:
-            del written["inks"]
+        if written.get("only", "") == usual:
+            written.pop("only", None)
         return written
 
 

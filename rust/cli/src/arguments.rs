@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clap::ArgMatches;
 use graphstipple_core::stages::{
-    Checked, DECLARATIONS, Group, Inks, KINDS, Length, Limits, MAX_PIXELS, PUBLISHED, Preset, Reading, ReportFormat, Rule,
+    Checked, DECLARATIONS, Group, KINDS, Length, Limits, MAX_PIXELS, Only, PUBLISHED, Preset, Reading, ReportFormat, Rule,
     SETTINGS, Source, Style, Value, Writer, named_length, preset, seconds, whole,
 };
 use graphstipple_core::{Export, Format, Options};
@@ -107,11 +107,21 @@ impl Job {
         let mut writers =
             formats.iter().map(writer_of).collect::<graphstipple_core::Result<Vec<_>>>().map_err(in_flags)?.into_iter();
         let Some(writer) = writers.next() else { return Err(Error::Usage("there is no format to write".to_owned())) };
-        let others = writers.collect();
+        let others: Vec<Writer> = writers.collect();
+        // Inks of a photo are known when it has been read.
+        if options.extract_inks.is_none() {
+            let palette = options.palette(|_| Vec::new()).map_err(in_flags)?;
+            [&writer].into_iter().chain(&others).try_for_each(|writer| writer.check_palette(&palette)).map_err(in_flags)?;
+        }
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         formats.iter().try_for_each(|format| check_units(matches, *format))?;
         let keeper = Keeper::of(matches, preset.as_ref(), min_dot)?;
+        if keeper.is_some() && options.wants_colour() {
+            return Err(Error::Usage(
+                "rules are for one ink: draw with several, and keep rules for the plates one by one".to_owned(),
+            ));
+        }
         let plotter = Plotter::of(matches, output.as_deref(), preset.as_ref())?;
         let limits = limits(matches).map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
@@ -291,9 +301,10 @@ pub(crate) fn export(
             export.set(setting.name, &number.unwrap_or_else(|| Value::Word(text.clone())))?;
         }
     }
-    // A layered drawing has both inks, whatever the preset suggests.
-    if export.style == Style::Flat && !matches.contains_id("inks") {
-        export.inks = preset.map_or(Inks::default(), |preset| preset.inks);
+    // A layered drawing has all inks, whatever the preset suggests, and the preset knows of black and white alone.
+    let has_inks = ["inks", "levels", "extract_inks"].into_iter().any(|name| matches.contains_id(name));
+    if export.style == Style::Flat && !has_inks && !matches.contains_id("only") {
+        export.only = preset.map_or(Only::default(), |preset| preset.only.clone());
     }
     Ok(export)
 }
@@ -367,21 +378,22 @@ mod tests {
     #[test]
     fn a_preset_suggests_inks() {
         let writer = |arguments: &str| job(arguments).unwrap().writer;
-        let with = |inks, style| Format::ALL[0].writer(Export { inks, style, ..Export::default() }.check().unwrap()).unwrap();
-        assert_eq!(writer("--preset scratchboard"), with(Inks::White, Style::Flat));
-        assert_eq!(writer("--preset scratchboard --inks both"), with(Inks::Both, Style::Flat));
-        assert_eq!(writer("--preset scratchboard --style layered"), with(Inks::Black, Style::Layered));
+        let with = |only, style| Format::ALL[0].writer(Export { only, style, ..Export::default() }.check().unwrap()).unwrap();
+        assert_eq!(writer("--preset scratchboard"), with(Only::named(&["white"]), Style::Flat));
+        assert_eq!(writer("--preset scratchboard --only black,white"), with(Only::named(&["black", "white"]), Style::Flat));
+        assert_eq!(writer("--preset scratchboard --inks #f00,#00f"), with(Only::default(), Style::Flat));
+        assert_eq!(writer("--preset scratchboard --style layered"), with(Only::default(), Style::Layered));
     }
 
     #[test]
     fn what_the_output_is_written_with_arrives() {
         let plain = Format::of_suffix("svg").unwrap().writer(Export::default().check().unwrap()).unwrap();
         assert_eq!(job("").unwrap().writer, plain);
-        let all = "photo.png -o out.png --style layered --inks both --one-bit --width 20cm --margin 5mm --page letter --dpi 600";
+        let all = "photo.png -o out.png --style layered --one-bit --width 20cm --margin 5mm --page letter --dpi 600";
         let words = "graphstipple".split(' ').chain(all.split(' ')).chain(["--min-dot", "0.3mm"]);
         let found = Job::of(words.map(OsString::from).collect()).unwrap();
         let mut export = Export::default();
-        for (name, text) in [("style", "layered"), ("inks", "both"), ("width", "20cm"), ("margin", "5mm"), ("page", "letter")] {
+        for (name, text) in [("style", "layered"), ("width", "20cm"), ("margin", "5mm"), ("page", "letter")] {
             export.set(name, &Value::Word(text.to_owned())).unwrap();
         }
         (export.one_bit, export.layout.dpi) = (true, Some(600.0));
@@ -466,8 +478,8 @@ mod tests {
             ("--dpi 300", "--dpi is 300, but it must be left out unless the file is a .png: the others have no pixels"),
             ("--one-bit", "--one-bit is True, but it must be left out unless the file is a .png: the others have no pixels"),
             (
-                "--style layered --inks white",
-                "--inks is white, but it must be left out when style is layered: a layered drawing has both inks",
+                "--style layered --only white",
+                "--only is white, but it must be left out when style is layered: a layered drawing has all inks",
             ),
             ("--preview out.svg", "out.svg: the suffix of a preview must be .png"),
             (
@@ -507,7 +519,10 @@ mod tests {
             ("--background red", "--background is \"red\", but it must be white, black, #rrggbb or #rgb"),
             ("--importance constant:0", "--importance is constant:0, but it must be constant:V with V above 0 and at most 1"),
             ("--importance constant:nan", "--importance is constant:nan, but it must be constant:V with V above 0 and at most 1"),
-            ("--inks red", "--inks is \"red\", but it must be \"black\", \"white\" or \"both\""),
+            (
+                "--inks red",
+                "--inks is \"red\", but it must be None or colours with commas between them, each white, black, #rrggbb or #rgb, or name=colour with a name of a-z, 0-9 and -",
+            ),
             (
                 "--width -5",
                 "--width is \"-5\", but it must be a number, at least 0, with mm, cm, in, pt or px (px when there is no unit), such as 200mm",

@@ -235,7 +235,9 @@ fn of_output(with_all: bool) -> Vec<Arg> {
         .help("Overwrite files that are read-only")
         .help_heading(OUTPUT)
         .hide(!with_all);
-    let settings = SETTINGS.iter().map(|setting| of_setting(setting, with_all));
+    // The flag of an option stands for the setting of its name too.
+    let of_option = |setting: &&Setting| DECLARATIONS.iter().any(|declaration| declaration.name == setting.name);
+    let settings = SETTINGS.iter().filter(|setting| !of_option(setting)).map(|setting| of_setting(setting, with_all));
     [output, preview].into_iter().chain(settings).chain(limits).chain([preview_width, min_dot, force]).collect()
 }
 
@@ -429,7 +431,7 @@ mod tests {
 
     #[test]
     fn flags_that_take_words_have_them() {
-        assert!(words("preset").contains(&"portrait") && words("page").contains(&"letter") && words("inks").contains(&"both"));
+        assert!(words("preset").contains(&"portrait") && words("page").contains(&"letter"));
         assert_eq!((words("white_point"), words("style")), (vec!["auto"], vec!["flat", "layered"]));
         assert!(words("nodes").is_empty() && words("one_bit").is_empty() && words("width").is_empty());
     }

@@ -11,8 +11,8 @@ pub use crate::base::Pool;
 pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Backdrop, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
-    DeclarationOf, ErrorWeighting, Group, Inks, LEAST_PIXELS, LatticeKind, Order, PIXELS_PER_NODE, PUBLISHED, Point, Preset, Rule,
-    Stage, Value, preset, schema, seconds, whole,
+    DeclarationOf, ErrorWeighting, Group, InkList, LEAST_PIXELS, LatticeKind, Only, Order, PIXELS_PER_NODE, PUBLISHED, Point,
+    Preset, Rule, Stage, Value, preset, schema, seconds, whole,
 };
 // From a photo to the tone, and its colour.
 pub use crate::photo::{Colour, MAX_SIDE, Pixels, Samples, adjust, emphasize, luma, luma_to_u8};
@@ -32,11 +32,11 @@ pub use crate::diffusion::{Diffusion, diffuse, diffuse_inks, tonal_share};
 // Where nodes are.
 pub use crate::sites::{FirstGraph, diffuse_lattice, first_graph, kept_sites, relax};
 // What is black and what is white.
-pub use crate::labels::{Labels, Marks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
+pub use crate::labels::{Labels, Marks, OfInks, Refinement, STRUCTURED, Stippled, clean, grounds, refine, split, stipple};
 // What has which of several inks.
 pub use crate::labels::{Inked, NO_GROUND, clean_inks, grounds_inks, label_inks, refine_inks, split_inks, stipple_inks};
 // From labels to shapes.
-pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, crossing, outline};
+pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, Tones, crossing, outline};
 // The drawing as data.
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.

@@ -9,7 +9,7 @@ use graphstipple_cli::files::{self, format_of_path};
 use graphstipple_cli::writing::Target;
 use graphstipple_core::stages::{Ink, Source, Writer, draw_owned, named_length, raster};
 use graphstipple_core::{Drawing as CoreDrawing, Error, Format, Outcome};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::{Map, Value as Json};
@@ -107,6 +107,9 @@ impl Drawing {
     }
 }
 
+/// Inks by name with their colours, the paper's colour, and whether inks lie over each other.
+type Palette = (Vec<(String, [u8; 3])>, [u8; 3], bool);
+
 /// Circles (n, 3) and inks (n,) of the dots.
 pub(crate) type StippleArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u8>>);
 
@@ -180,9 +183,9 @@ impl Drawing {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The drawing as grey values (height, width), or of a part of it: left, top, right and bottom in pixels of the canvas.
+    /// The drawing as grey values (height, width), or as colours (height, width, 3) if it has other inks than black, or of a part of it: left, top, right and bottom in pixels of the canvas.
     #[pyo3(signature = (width=None, part=None))]
-    fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>, part: Option<[f64; 4]>) -> PyResult<Bound<'py, PyArray2<u8>>> {
+    fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>, part: Option<[f64; 4]>) -> PyResult<Bound<'py, PyAny>> {
         let drawing = Arc::clone(&self.drawing);
         let raster = watch::run_core(py, None, move |_| match part {
             None => raster::rasterize(&drawing, width),
@@ -192,7 +195,25 @@ impl Drawing {
                 raster::rasterize_part(&drawing, part, width)
             }
         })?;
-        arrays::from_rows(py, [raster.height, raster.width], raster.values)
+        let rows = arrays::from_rows(py, [raster.height, raster.width * raster.channels], raster.values)?;
+        if raster.channels == 1 {
+            return Ok(rows.into_any());
+        }
+        Ok(PyArrayMethods::reshape(&rows, [raster.height, raster.width, raster.channels])?.into_any())
+    }
+
+    /// The inks as (name, (red, green, blue)), the paper's colour and whether inks lie over each other.
+    #[getter]
+    fn palette(&self) -> Palette {
+        let palette = &self.drawing.palette;
+        (palette.inks().iter().map(|ink| (ink.name.clone(), ink.rgb)).collect(), palette.paper(), palette.overprint())
+    }
+
+    /// The plate of an ink, by its number.
+    fn plate(&self, py: Python<'_>, ink: usize) -> PyResult<Self> {
+        let drawing = Arc::clone(&self.drawing);
+        let plate = watch::run_core(py, None, move |_| drawing.plate(ink))?;
+        Ok(Self { stats: counts(&plate), drawing: Arc::new(plate), warnings: Vec::new(), outcome: None })
     }
 
     /// Height and PNG of a part of the drawing, so many pixels wide, made as quickly as can be.

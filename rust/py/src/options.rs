@@ -84,8 +84,8 @@ pub(crate) fn of_preset(name: &str) -> PyResult<Options> {
 
 /// Name, description and inks of every preset.
 #[pyfunction]
-pub(crate) fn presets() -> Vec<(&'static str, &'static str, &'static str)> {
-    core_presets().into_iter().map(|preset| (preset.name, preset.description, preset.inks.name())).collect()
+pub(crate) fn presets() -> Vec<(&'static str, &'static str, String)> {
+    core_presets().into_iter().map(|preset| (preset.name, preset.description, preset.only.to_string())).collect()
 }
 
 /// The options as a JSON schema, as data.

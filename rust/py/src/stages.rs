@@ -1,6 +1,6 @@
 //! The stages of the method, each on arrays: thin covers of the core's functions for `graphstipple.stages`.
 
-use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping, Stippled};
+use graphstipple_core::stages::{self as core, Diffusion, Graph, Lattice, Nodes, Refinement, Shaping, Stippled, Tones};
 use graphstipple_core::{Field, Importance, Options as CoreOptions, Photo};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -324,7 +324,7 @@ pub(crate) fn outline<'py>(
             labels: &labels,
             places: places.as_deref().unwrap_or(&triangulation.graph.sites),
             areas: &areas,
-            tones: tones.as_deref(),
+            tones: tones.as_deref().map(Tones::Grey),
             bands: None,
         };
         let outlines = core::outline(&triangulation, nodes, &components, size, shaping, control)?;

@@ -24,6 +24,18 @@ pub struct NamedInk {
 }
 
 impl NamedInk {
+    /// An ink that is called as its colour is.
+    pub fn of_colour(rgb: [u8; 3]) -> Self {
+        Self { name: if rgb == [0; 3] { "black".to_owned() } else { digits(rgb) }, rgb }
+    }
+
+    /// The grey of a level of so many between black and white, called by its share of white in percent.
+    pub fn of_grey(level: u32, white: u32) -> Self {
+        let share = f64::from(level) / f64::from(white);
+        let name = if level == 0 { "black".to_owned() } else { format!("grey-{}", (100.0 * share).round()) };
+        Self { name, rgb: [(255.0 * share).round() as u8; 3] }
+    }
+
     /// What is read as one, for messages.
     pub const ALLOWED: &str = "a colour (white, black, #rrggbb or #rgb), or name=colour with a name of a-z, 0-9 and -";
 
@@ -156,6 +168,16 @@ impl Palette {
     /// Whether a place with this label has an ink, by its number.
     pub fn has(&self, label: Ink, ink: usize) -> bool {
         if self.overprint { label.index() >> ink & 1 == 0 } else { label.index() == ink }
+    }
+
+    /// The label of a place when only these inks are laid, by their numbers; one behind the last stands for the paper, and changes
+    /// nothing.
+    pub(crate) fn with_only(&self, label: Ink, drawn: &[usize]) -> Ink {
+        if !self.overprint {
+            return if drawn.contains(&label.index()) { label } else { self.paper_label() };
+        }
+        let missing = (0..self.inks.len()).filter(|ink| !drawn.contains(ink)).fold(0, |bits, ink| bits | 1 << ink);
+        Ink::of_label(label.label() | missing)
     }
 
     /// What a place with this label looks like, sRGB in 8 bits. Inks over each other multiply what the light of each is to that of the

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::base::{
-    Checked, Error, Ink, Palette, Pool, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area,
+    Checked, Color, Error, Ink, Palette, Pool, Result, circle_polygon, flatten_path, flattening_tolerance, is_mirrored, signed_area,
 };
 use crate::options::Options;
 use crate::outlines::Stipple;
@@ -169,6 +169,14 @@ impl Drawing {
             }
         }
         levels.into_iter().map(|((level, ink), marks)| Level { level, ink, marks }).collect()
+    }
+
+    /// The paper that it was made with, if its inks were given one.
+    pub(crate) fn given_paper(&self) -> Option<Color> {
+        if self.palette.is_black_and_white() {
+            return None;
+        }
+        self.provenance.options.get("paper")?.as_str()?.parse().ok()
     }
 
     /// The path of a ring with its true curves; empty for the outline of a stipple, which is no path but a circle.

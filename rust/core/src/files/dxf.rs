@@ -25,7 +25,7 @@ use kurbo::{BezPath, ParamCurve, PathEl, PathSeg, Point};
 use crate::base::{Ink, Result, flatten_path, is_mirrored};
 use crate::drawing::Drawing;
 use crate::files::export::{Curves, Export};
-use crate::files::layers::Outline;
+use crate::files::layers::{Layer, Outline};
 use crate::files::layout::Placement;
 
 /// Millimetres to the point.
@@ -99,12 +99,14 @@ const LAYOUTS: [(&str, &str, &str, u8, u16); 2] = [("23", "Model", MODEL_SPACE, 
 /// Linear in the number of points.
 pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
+    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
     let mut names: Vec<(&str, u8)> = vec![("0", 7)];
     // Outlines cover nothing, so none needs an underlay.
     let paper = layers.grounds.iter().find(|ground| ground.id == "paper");
     names.extend(paper.map(|paper| (paper.id, export.paper.as_ref().map_or(GREY, |colour| nearest_colour(colour.rgb())))));
-    names.extend(layers.layers.iter().map(|layer| (layer.id.as_str(), colour(layer.ink))));
+    let is_plain = drawing.palette.is_black_and_white();
+    let colour_of = |layer: &Layer| if is_plain { colour(layer.ink) } else { nearest_colour(layer.rgb) };
+    names.extend(layers.layers.iter().map(|layer| (layer.id.as_str(), colour_of(layer))));
 
     let mut writer = Writer::new(placement, FIRST_HANDLE + names.len());
     if let Some(paper) = paper {
@@ -362,7 +364,7 @@ mod tests {
     use crate::files::layers::Style;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
-    use crate::options::Inks;
+    use crate::options::Only;
 
     /// The pairs of a file.
     fn pairs(text: &str) -> Vec<(u16, &str)> {
@@ -500,13 +502,13 @@ mod tests {
             layers.dedup();
             layers
         };
-        let both = layers_of(Export { inks: Inks::Both, ..Export::default() });
+        let both = layers_of(Export { only: Only::named(&["black", "white"]), ..Export::default() });
         assert_eq!(both, ["black-regions", "black-stipples", "white-regions"]);
-        let white = layers_of(Export { inks: Inks::White, ..Export::default() });
+        let white = layers_of(Export { only: Only::named(&["white"]), ..Export::default() });
         assert_eq!(white, ["paper", "white-regions"]);
         let layered = layers_of(Export { style: Style::Layered, ..Export::default() });
         assert_eq!(layered[..2], ["paper", "level-1-black-regions"]);
-        let text = to_dxf(&samples::nested(), &Export { inks: Inks::White, ..Export::default() }).unwrap();
+        let text = to_dxf(&samples::nested(), &Export { only: Only::named(&["white"]), ..Export::default() }).unwrap();
         assert!(text.contains("\n2\nwhite-regions\n70\n0\n62\n1\n") && text.contains("\n2\npaper\n70\n0\n62\n8\n"), "{text}");
     }
 
@@ -530,7 +532,8 @@ mod tests {
         {
             assert_eq!(nearest_colour(rgb), number, "{rgb:?}");
         }
-        let mut export = Export { paper: Some("#ff0000".parse().unwrap()), inks: Inks::Both, ..Export::default() };
+        let mut export =
+            Export { paper: Some("#ff0000".parse().unwrap()), only: Only::named(&["black", "white"]), ..Export::default() };
         export.layout.margin = "96px".parse().unwrap();
         let text = to_dxf(&samples::nested(), &export).unwrap();
         assert!(text.contains("\n2\npaper\n70\n0\n62\n10\n") && !text.contains("underlay"), "{text}");

@@ -48,7 +48,7 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let units = cubic::units_per_pixel(drawing);
     let drawing = &with_few_cubics(drawing, units);
-    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
+    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
     let [width, height] = placement.page;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let text = String::with_capacity(1024 + 30 * elements + 24 * drawing.stipples.len());
@@ -74,7 +74,7 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
         writer.text.push_str(&format!("{left} {top} m {across} 0 l 0 {down} l -{across} 0 l h f\n%%EndObject\n"));
     }
     for layer in &layers.layers {
-        writer.begin(&layer.label, layers.colour(layer.ink));
+        writer.begin(&layer.label, layer.rgb);
         writer.fill(&layer.areas);
         writer.text.push_str("%%EndObject\n");
     }
@@ -193,7 +193,7 @@ mod tests {
     use crate::files::layers::Style;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
-    use crate::options::Inks;
+    use crate::options::Only;
 
     fn words(text: &str, word: &str) -> usize {
         let body = &text[text.find("%%EndProlog").unwrap()..];
@@ -225,7 +225,7 @@ mod tests {
         let mut drawing = samples::nested();
         let stipple = crate::drawing::RingPart::Stipple { index: 0 };
         drawing.regions[1].holes.push(crate::drawing::Ring { parts: vec![stipple] });
-        let text = to_eps(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
+        let text = to_eps(&drawing, &Export { only: Only::named(&["white"]), ..Export::default() }).unwrap();
         let units = cubic::units_per_pixel(&drawing);
         let [x, y] = [15.7, 23.9].map(|v: f64| (v * units).round());
         let circle = text.lines().find(|line| line.ends_with(" i f")).unwrap().to_owned();
@@ -242,7 +242,9 @@ mod tests {
     fn a_paper_covers_the_page_and_both_inks_lie_on_black() {
         let layout = Layout { margin: "8px".parse().unwrap(), ..Layout::default() };
         let paper = Some("#ff8000".parse().unwrap());
-        let text = to_eps(&samples::nested(), &Export { layout, paper, inks: Inks::Both, ..Export::default() }).unwrap();
+        let text =
+            to_eps(&samples::nested(), &Export { layout, paper, only: Only::named(&["black", "white"]), ..Export::default() })
+                .unwrap();
         let page = "-128 -128 m 1280 0 l 0 1024 l -1280 0 l h f\n%%EndObject\n";
         let canvas = "0 0 m 1024 0 l 0 768 l -1024 0 l h f\n%%EndObject\n";
         let expected = format!(

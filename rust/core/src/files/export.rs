@@ -3,10 +3,10 @@
 //! Every setting is declared once, in [`SETTINGS`]: the command line has a flag of each, and so has Python's `save` an argument.
 //! Which of them a format takes is for the table of formats to say.
 
-use crate::base::{Checked, Color, Error, Ink, Result, in_one_line, or_nearest};
-use crate::files::layers::colours;
+use crate::base::{Checked, Color, Error, Ink, Palette, Result, in_one_line, or_nearest};
+use crate::files::layers::{Drawn, colours};
 use crate::files::{Layout, Length, Page, Style};
-use crate::options::{Audience, Inks, Typed, Value, words};
+use crate::options::{Audience, Only, Typed, Value, words};
 
 words! {
     /// What the elements of an SVG are.
@@ -43,10 +43,13 @@ words! {
 pub struct Export {
     /// How vector formats express the picture.
     pub style: Style,
-    /// What a flat drawing is written with.
-    pub inks: Inks,
-    /// What covers the whole page, margins included; nothing by default, and the page is transparent.
+    /// The inks that a flat drawing is written with.
+    pub only: Only,
+    /// What covers the whole page, margins included; by default the paper that the drawing was made with, if it was given one for its
+    /// inks, or nothing, and the page is transparent.
     pub paper: Option<Color>,
+    /// Whether the drawing's own paper is left out too.
+    pub no_paper: bool,
     /// What the elements of an SVG are.
     pub elements: Elements,
     /// What the dots of an SVG are.
@@ -96,28 +99,28 @@ pub const SETTINGS: &[Setting] = &[
         refused: None,
     },
     Setting {
-        name: "inks",
-        value_name: "INKS",
-        sentence: "What a flat vector file is drawn with: black, white (on black paper) or both",
-        default: "black, or as the preset suggests",
-        allowed: "\"black\", \"white\" or \"both\"",
+        name: "only",
+        value_name: "INK[,INK]",
+        sentence: "Inks that a flat file is written with, by name; white or paper is what they leave",
+        default: "all inks and not the paper, or as the preset suggests",
+        allowed: "names of inks of the drawing, with commas between them",
         is_size: false,
         audience: Audience::Everyday,
-        set: |export, value| Inks::read(value).map(|inks| export.inks = inks),
+        set: |export, value| Only::read(value).map(|only| export.only = only),
         refused: None,
     },
     Setting {
         name: "paper",
         value_name: "COLOR",
         sentence: "Colour of the whole page, margins included; white marks that are paper have it too",
-        default: "none: what is not drawn is transparent, in a PNG white",
+        default: "the drawing's, if its inks were given one; else what is not drawn is transparent, in a PNG white",
         allowed: "\"none\", or a colour: white, black, #rrggbb or #rgb",
         is_size: false,
         audience: Audience::Further,
         set: |export, value| {
             let is_none = matches!(value, Value::Word(word) if word == "none");
             let paper = if is_none { None } else { Some(Color::read(value)?) };
-            export.paper = paper;
+            (export.paper, export.no_paper) = (paper, is_none);
             Some(())
         },
         refused: None,
@@ -259,17 +262,37 @@ impl Export {
     /// # Errors
     /// [`Error::Option`] for the first that breaks its rule.
     pub fn check(self) -> Result<Checked<Self>> {
-        if self.style == Style::Layered && self.inks == Inks::White {
-            return Err(Error::option("inks", "white", "left out when style is layered: a layered drawing has both inks"));
+        if self.style == Style::Layered && !self.only.is_all() {
+            return Err(Error::option("only", &self.only, "left out when style is layered: a layered drawing has all inks"));
         }
         if self.elements == Elements::Marks && self.dots == Dots::Strokes {
             let rule = "left out when elements is marks: a stroke for each dot is no shorter than its circle";
             return Err(Error::option("dots", "strokes", rule));
         }
+        self.layout.validate()?;
+        Ok(Checked::of(self))
+    }
+
+    /// Checks that a drawing of this palette can be written so.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for an ink that is none of the palette's, for a style that its inks cannot have, and for a paper on which nothing
+    /// would show.
+    pub(crate) fn check_palette(&self, palette: &Palette) -> Result<()> {
+        let drawn = self.only.of(palette)?;
+        if !palette.is_black_and_white() {
+            if self.style == Style::Layered && palette.overprint() {
+                return Err(Error::option("style", "layered", "flat for a drawing of inks over each other"));
+            }
+            if self.one_bit {
+                return Err(Error::option("one_bit", "True", "left out for a drawing of other inks than black"));
+            }
+            return Ok(());
+        }
         if let Some(paper) = &self.paper {
-            let [black, white] = colours(self.style, self.inks, Some(paper));
+            let [black, white] = colours(self.style, Drawn::of(&drawn), Some(paper));
             if black == white {
-                let ink = if self.inks == Inks::White { Ink::WHITE } else { Ink::BLACK };
+                let ink = if drawn == [1] { Ink::WHITE } else { Ink::BLACK };
                 let rule = format!("another colour than {0}: nothing drawn in {0} ink would show on it", ink.name());
                 return Err(Error::option("paper", paper, rule));
             }
@@ -278,8 +301,7 @@ impl Export {
                 return Err(Error::option("one_bit", "True", rule));
             }
         }
-        self.layout.validate()?;
-        Ok(Checked::of(self))
+        Ok(())
     }
 }
 
@@ -296,7 +318,7 @@ mod tests {
         let mut export = Export::default();
         for (name, value) in [
             ("style", word("layered")),
-            ("inks", word("both")),
+            ("only", word("black,white")),
             ("paper", word("#1aF")),
             ("elements", word("marks")),
             ("dots", word("strokes")),
@@ -318,11 +340,21 @@ mod tests {
         let (elements, dots, curves) = (Elements::Marks, Dots::Strokes, Curves::Splines);
         assert_eq!(
             export,
-            Export { style: Style::Layered, inks: Inks::Both, paper, elements, dots, curves, layout, one_bit: true }
+            Export {
+                style: Style::Layered,
+                only: Only::named(&["black", "white"]),
+                paper,
+                elements,
+                dots,
+                curves,
+                layout,
+                one_bit: true,
+                no_paper: false
+            }
         );
         export.set("paper", &word("none")).unwrap();
-        assert_eq!(export.paper, None);
-        Export { elements: Elements::Layers, ..export }.check().unwrap();
+        assert_eq!((&export.paper, export.no_paper), (&None, true));
+        Export { elements: Elements::Layers, only: Only::default(), ..export }.check().unwrap();
     }
 
     #[test]
@@ -350,30 +382,35 @@ mod tests {
 
     #[test]
     fn what_would_not_show_or_does_not_go_together_is_refused() {
-        let told = |export: Export| export.check().err().map(|error| error.to_string());
+        let told = |export: Export| {
+            let checked = export.check().and_then(|export| export.check_palette(&Palette::default()));
+            checked.err().map(|error| error.to_string())
+        };
         let on = |paper: &str| Export { paper: Some(paper.parse().unwrap()), ..Export::default() };
         let rule = "but it must be another colour than black: nothing drawn in black ink would show on it";
         assert_eq!(told(on("#000")), Some(format!("paper is #000, {rule}")));
         assert_eq!(told(Export { style: Style::Layered, ..on("black") }), Some(format!("paper is black, {rule}")));
         let rule = "but it must be another colour than white: nothing drawn in white ink would show on it";
-        assert_eq!(told(Export { inks: Inks::White, ..on("#ffffff") }), Some(format!("paper is #ffffff, {rule}")));
-        let both = |paper: &str| Export { inks: Inks::Both, one_bit: true, ..on(paper) };
+        assert_eq!(told(Export { only: Only::named(&["white"]), ..on("#ffffff") }), Some(format!("paper is #ffffff, {rule}")));
+        let both = |paper: &str| Export { only: Only::named(&["black", "white"]), one_bit: true, ..on(paper) };
         let rule = "but it must be left out with both inks on coloured paper: black, white and the paper's are three colours";
         assert_eq!(told(both("#777")), Some(format!("one_bit is True, {rule}")));
         let strokes = Export { elements: Elements::Marks, dots: Dots::Strokes, ..Export::default() };
         let rule = "but it must be left out when elements is marks: a stroke for each dot is no shorter than its circle";
         assert_eq!(told(strokes), Some(format!("dots is strokes, {rule}")));
-        for shown in [on("white"), on("#010000"), Export { inks: Inks::White, ..on("black") }, both("black"), both("white")] {
+        for shown in
+            [on("white"), on("#010000"), Export { only: Only::named(&["white"]), ..on("black") }, both("black"), both("white")]
+        {
             assert_eq!(told(shown.clone()), None, "{shown:?}");
         }
     }
 
     #[test]
     fn white_ink_alone_is_flat() {
-        let export = Export { style: Style::Layered, inks: Inks::White, ..Export::default() };
+        let export = Export { style: Style::Layered, only: Only::named(&["white"]), ..Export::default() };
         assert_eq!(
             export.check().unwrap_err().to_string(),
-            "inks is white, but it must be left out when style is layered: a layered drawing has both inks"
+            "only is white, but it must be left out when style is layered: a layered drawing has all inks"
         );
     }
 }

@@ -9,10 +9,11 @@
 
 use kurbo::{BezPath, Shape as _};
 
-use crate::base::{Color, Ink};
+use crate::base::{Color, Ink, Result};
 use crate::drawing::{Drawing, Mark, Ring, RingPart};
+use crate::files::export::Export;
 use crate::files::layout::Placement;
-use crate::options::{Inks, words};
+use crate::options::{Only, words};
 
 words! {
     /// How the picture is expressed.
@@ -67,6 +68,15 @@ pub(super) fn circle_area(radius: f64) -> f64 {
     std::f64::consts::PI * radius * radius
 }
 
+fn capitalized(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+}
+
+fn ground(rgb: [u8; 3], covers_page: bool) -> Ground {
+    Ground { id: "paper", label: "Paper", rgb, covers_page }
+}
+
 /// Disjoint areas of one ink and one kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
@@ -74,10 +84,20 @@ pub struct Layer {
     pub id: String,
     /// Its name for people: `Black regions`, or `Level 3: black regions`.
     pub label: String,
-    /// What it is drawn with.
+    /// What it is drawn with; of a flat drawing of other inks than black and white the ink's number.
     pub ink: Ink,
+    /// Its colour, sRGB.
+    pub rgb: [u8; 3],
     /// What is filled. Stipples are circles without holes.
     pub areas: Vec<Area>,
+}
+
+impl Layer {
+    /// The name of its ink, as its id has it.
+    pub(super) fn ink_name(&self) -> &str {
+        let id = self.id.strip_prefix("level-").and_then(|rest| rest.split_once('-')).map_or(self.id.as_str(), |(_, name)| name);
+        id.rsplit_once('-').map_or(id, |(name, _)| name)
+    }
 }
 
 /// A rectangle under the layers.
@@ -111,51 +131,98 @@ pub struct Layers {
     /// What is painted first: the paper, where there is one, and under both inks of a flat drawing the *underlay*, black, so that
     /// nothing shines through where their edges meet.
     pub grounds: Vec<Ground>,
-    /// The colours of black and of white marks, sRGB: white ones have the paper's where they are paper.
-    pub colours: [[u8; 3]; 2],
     /// The layers, to be painted in this order.
     pub layers: Vec<Layer>,
-}
-
-impl Layers {
-    /// The colour of marks.
-    pub fn colour(&self, ink: Ink) -> [u8; 3] {
-        self.colours[ink.index()]
-    }
+    /// Whether their colours multiply where they lie over each other, as inks of an overprint do.
+    pub multiply: bool,
 }
 
 const BLACK: [u8; 3] = [0; 3];
 const WHITE: [u8; 3] = [255; 3];
 
+/// What of black and white is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Drawn {
+    Black,
+    White,
+    Both,
+}
+
+impl Drawn {
+    /// What the numbers of a palette of black and white come to.
+    pub(super) fn of(numbers: &[usize]) -> Self {
+        match numbers {
+            [1] => Self::White,
+            [0, 1] => Self::Both,
+            _ => Self::Black,
+        }
+    }
+}
+
 /// The colours that black and white parts of the picture have, sRGB: what is not drawn with ink is paper.
-pub(super) fn colours(style: Style, inks: Inks, paper: Option<&Color>) -> [[u8; 3]; 2] {
+pub(super) fn colours(style: Style, drawn: Drawn, paper: Option<&Color>) -> [[u8; 3]; 2] {
     let paper = paper.map(Color::rgb);
-    match (style, inks) {
-        (Style::Flat, Inks::White) => [paper.unwrap_or(BLACK), WHITE],
-        (Style::Flat, Inks::Both) => [BLACK, WHITE],
+    match (style, drawn) {
+        (Style::Flat, Drawn::White) => [paper.unwrap_or(BLACK), WHITE],
+        (Style::Flat, Drawn::Both) => [BLACK, WHITE],
         _ => [BLACK, paper.unwrap_or(WHITE)],
     }
 }
 
 impl Drawing {
-    /// The layers of a vector file. `inks` tells which ink a flat drawing has, `paper` the colour of the page, if it has one.
-    pub fn layers(&self, style: Style, inks: Inks, paper: Option<&Color>) -> Layers {
-        let colours = colours(style, inks, paper);
+    /// The layers of a vector file. `only` tells which inks a flat drawing has, `paper` the colour of the page, if it has one.
+    ///
+    /// # Errors
+    /// [`Error::Option`](crate::Error::Option) for an ink that the drawing has not, or a style that its inks cannot have.
+    pub fn layers(&self, style: Style, only: &Only, paper: Option<&Color>) -> Result<Layers> {
+        Export { style, only: only.clone(), ..Export::default() }.check_palette(&self.palette)?;
+        let numbers = only.of(&self.palette)?;
+        if !self.palette.is_black_and_white() {
+            return self.layers_of_inks(style, &numbers, paper);
+        }
+        let drawn = Drawn::of(&numbers);
+        let colours = colours(style, drawn, paper);
         // Without it there would be another picture.
-        let needed = match (style, inks) {
+        let needed = match (style, drawn) {
             (Style::Layered, _) => Some(WHITE),
-            (Style::Flat, Inks::White) => Some(BLACK),
+            (Style::Flat, Drawn::White) => Some(BLACK),
             (Style::Flat, _) => None,
         };
-        let ground = |rgb, covers_page| Ground { id: "paper", label: "Paper", rgb, covers_page };
         let paper = paper.map(|paper| ground(paper.rgb(), true)).or_else(|| needed.map(|rgb| ground(rgb, false)));
         let underlay = Ground { id: "underlay", label: "Underlay", rgb: BLACK, covers_page: false };
-        let has_underlay = style == Style::Flat && inks == Inks::Both;
-        let layers = match style {
+        let has_underlay = style == Style::Flat && drawn == Drawn::Both;
+        let mut layers = match style {
             Style::Layered => self.layered(),
-            Style::Flat => self.flat(inks),
+            Style::Flat => self.flat(drawn),
         };
-        Layers { grounds: paper.into_iter().chain(has_underlay.then_some(underlay)).collect(), colours, layers }
+        for layer in &mut layers {
+            layer.rgb = colours[layer.ink.index()];
+        }
+        let grounds = paper.into_iter().chain(has_underlay.then_some(underlay)).collect();
+        Ok(Layers { grounds, layers, multiply: false })
+    }
+
+    /// The layers of other inks than black and white: of a flat drawing those of its plates.
+    fn layers_of_inks(&self, style: Style, numbers: &[usize], paper: Option<&Color>) -> Result<Layers> {
+        let needed = (style == Style::Layered).then(|| ground(self.palette.paper(), false));
+        let mut layers = Vec::new();
+        if style == Style::Layered {
+            layers = self.layered();
+            for layer in &mut layers {
+                layer.rgb = self.palette.rgb(layer.ink);
+            }
+        } else {
+            for number in numbers {
+                let plate = self.plate(*number)?;
+                layers.extend(plate.flat(Drawn::Black).into_iter().map(|layer| Layer {
+                    ink: Ink::of_label(*number as u8),
+                    rgb: plate.palette.inks()[0].rgb,
+                    ..layer
+                }));
+            }
+        }
+        let grounds = paper.map(|paper| ground(paper.rgb(), true)).or(needed).into_iter().collect();
+        Ok(Layers { grounds, layers, multiply: self.palette.overprint() })
     }
 
     fn layered(&self) -> Vec<Layer> {
@@ -170,6 +237,7 @@ impl Drawing {
                         id: format!("level-{number}-{}-{kind}", self.palette.name(level.ink)),
                         label: format!("Level {number}: {} {kind}", self.palette.name(level.ink)),
                         ink: level.ink,
+                        rgb: BLACK,
                         areas: marks.iter().map(|mark| self.area(*mark, false)).collect(),
                     });
                 }
@@ -178,18 +246,20 @@ impl Drawing {
         layers
     }
 
-    fn flat(&self, inks: Inks) -> Vec<Layer> {
-        let wanted = |ink: Ink| matches!((inks, ink), (Inks::Both, _) | (Inks::Black, Ink::BLACK) | (Inks::White, Ink::WHITE));
+    fn flat(&self, drawn: Drawn) -> Vec<Layer> {
+        let is_drawn =
+            |ink: Ink| matches!((drawn, ink), (Drawn::Both, _) | (Drawn::Black, Ink::BLACK) | (Drawn::White, Ink::WHITE));
         let mut layers = Vec::new();
-        for ink in [Ink::BLACK, Ink::WHITE].into_iter().filter(|ink| wanted(*ink)) {
+        for ink in [Ink::BLACK, Ink::WHITE].into_iter().filter(|ink| is_drawn(*ink)) {
             let regions = (0..self.regions.len()).filter(|i| self.regions[*i].ink == ink);
             let stipples = (0..self.stipples.len()).filter(|i| self.stipples[*i].ink == ink);
             let regions: Vec<Area> = regions.map(|i| self.area(Mark::Region(i as u32), true)).collect();
             let stipples: Vec<Area> = stipples.map(|i| self.area(Mark::Stipple(i as u32), true)).collect();
             for (kind, areas) in [("regions", regions), ("stipples", stipples)] {
                 if !areas.is_empty() {
-                    let (name, capital) = (ink.name(), ink.capital_name());
-                    layers.push(Layer { id: format!("{name}-{kind}"), label: format!("{capital} {kind}"), ink, areas });
+                    let name = self.palette.name(ink);
+                    let capital = capitalized(&name);
+                    layers.push(Layer { id: format!("{name}-{kind}"), label: format!("{capital} {kind}"), ink, rgb: BLACK, areas });
                 }
             }
         }

@@ -21,7 +21,7 @@ use crate::files::sources::Sources;
 use crate::files::strokes::FINER;
 use crate::files::svg::NAMESPACE;
 use crate::files::text_of;
-use crate::options::Inks;
+use crate::options::Only;
 use crate::photo::check_size;
 
 /// The namespace of SVG.
@@ -236,6 +236,10 @@ impl Reader {
         let pixels = |name: &str| value(name).parse::<usize>().map_err(|_| missing(name));
         let (width, height) = (pixels("width")?, pixels("height")?);
         check_size(width, height)?;
+        if about.has_attribute("inks") {
+            let what = "an SVG of other inks than black on white is not read back: save the drawing as .json too";
+            return Err(crate::Error::Input(what.to_owned()));
+        }
         let units = number(value("units")).filter(|units| *units >= 1.0).ok_or_else(|| missing("units"))?;
         let ground = match about.attribute("ground") {
             None => Ink::WHITE,
@@ -391,10 +395,10 @@ impl Shown {
     fn check(&self, drawing: &Drawing) -> Result<()> {
         let any = |begin: &str| self.layers.iter().any(|(id, _)| id.starts_with(begin));
         let style = if any("level-") { Style::Layered } else { Style::Flat };
-        let inks = match (any("black"), any("white")) {
-            (false, true) if !self.is_twice => Inks::White,
-            (true, false) if !self.is_twice => Inks::Black,
-            _ => Inks::Both,
+        let only = match (any("black"), any("white")) {
+            (false, true) if !self.is_twice => Only::named(&["white"]),
+            (true, false) if !self.is_twice => Only::default(),
+            _ => Only::named(&["black", "white"]),
         };
         if self.layers.is_empty() {
             // Nothing is on the canvas, so the paper alone is seen.
@@ -402,7 +406,7 @@ impl Shown {
             let is_seen = drawing.regions.iter().all(|region| region.ink == ground);
             return if is_seen { Ok(()) } else { Err(invalid("its paper is not the ink of a canvas with nothing on it")) };
         }
-        let expected = drawing.layers(style, inks, None);
+        let expected = drawing.layers(style, &only, None)?;
         if self.paper.is_none() && expected.grounds.iter().any(|ground| ground.id == "paper") {
             return Err(invalid("it has no paper, which its layers need under them"));
         }
@@ -530,7 +534,7 @@ mod tests {
     }
 
     fn both() -> Export {
-        Export { inks: Inks::Both, ..Export::default() }
+        Export { only: Only::named(&["black", "white"]), ..Export::default() }
     }
 
     fn layered() -> Export {
@@ -540,7 +544,7 @@ mod tests {
     #[test]
     fn every_way_of_writing_gives_the_drawing_back() {
         let drawing = drawing();
-        for export in [Export::default(), Export { inks: Inks::White, ..Export::default() }, both(), layered()] {
+        for export in [Export::default(), Export { only: Only::named(&["white"]), ..Export::default() }, both(), layered()] {
             for elements in [Elements::Layers, Elements::Marks] {
                 for paper in [None, Some("#1af".parse().unwrap()), Some("#0a0a0a".parse().unwrap())] {
                     let mut export = Export { elements, paper, ..export.clone() };
@@ -664,7 +668,7 @@ mod tests {
 
     #[test]
     fn what_a_file_shows_is_what_its_curves_bound() {
-        let white = Export { inks: Inks::White, ..Export::default() };
+        let white = Export { only: Only::named(&["white"]), ..Export::default() };
         let needed = "it has no paper, which its layers need under them";
         assert_eq!([&white, &layered()].map(|export| told(&without(export, "paper"))), [needed; 2]);
         // Black is seen, and nothing says that the canvas is.

@@ -24,7 +24,9 @@ mod svg;
 mod svgz;
 mod write_path;
 
-use crate::base::{Checked, Control, Error, Pool, Result, or_nearest};
+use std::borrow::Cow;
+
+use crate::base::{Checked, Control, Error, Palette, Pool, Result, or_nearest};
 use crate::drawing::{Drawing, Ring, RingPart};
 
 pub(crate) use export::length;
@@ -56,10 +58,10 @@ pub struct Format {
 type Read = fn(&[u8], &Control) -> Result<Drawing>;
 
 /// What every vector format takes.
-const OF_VECTORS: &[&str] = &["style", "inks", "paper", "width", "margin", "page"];
+const OF_VECTORS: &[&str] = &["style", "only", "paper", "width", "margin", "page"];
 
 /// What SVG takes.
-const OF_SVG: &[&str] = &["style", "inks", "paper", "elements", "dots", "width", "margin", "page"];
+const OF_SVG: &[&str] = &["style", "only", "paper", "elements", "dots", "width", "margin", "page"];
 
 impl Format {
     /// All formats.
@@ -104,7 +106,7 @@ impl Format {
             suffix: "dxf",
             name: "DXF",
             holds: "closed polylines or splines, and circles, in millimetres, for cutters and CAD",
-            settings: &["style", "inks", "curves", "width", "margin", "page"],
+            settings: &["style", "only", "curves", "width", "margin", "page"],
             fits: fits_on_paper,
             write: |drawing, export| dxf::to_dxf(drawing, export).map(String::into_bytes),
             read: None,
@@ -114,7 +116,7 @@ impl Format {
             name: "PNG",
             holds: "grey pixels with smooth edges, or black and white ones",
             // Style and inks make a difference on coloured paper.
-            settings: &["style", "inks", "paper", "width", "margin", "page", "dpi", "one_bit"],
+            settings: &["style", "only", "paper", "width", "margin", "page", "dpi", "one_bit"],
             fits: raster::fits,
             write: raster::to_png,
             read: None,
@@ -207,6 +209,15 @@ impl Writer {
         (self.format.fits)(&self.export, width, height)
     }
 
+    /// Whether a drawing of this palette can be written so: to be asked before the work is done.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for an ink that is none of the palette's, for a style that its inks cannot have, and for a paper on which nothing
+    /// would show.
+    pub fn check_palette(&self, palette: &Palette) -> Result<()> {
+        if self.format.settings.is_empty() { Ok(()) } else { self.export.check_palette(palette) }
+    }
+
     /// A least radius of dots on paper, in pixels of the canvas.
     ///
     /// # Errors
@@ -246,7 +257,15 @@ impl Writer {
     /// # Errors
     /// As [`Writer::check_size`].
     pub fn write(&self, drawing: &Drawing) -> Result<Vec<u8>> {
-        Pool::new(None).run(|| (self.format.write)(drawing, &self.export))
+        self.check_palette(&drawing.palette)?;
+        let mut export = Cow::Borrowed(&*self.export);
+        if export.paper.is_none()
+            && !export.no_paper
+            && let Some(paper) = drawing.given_paper()
+        {
+            export.to_mut().paper = Some(paper);
+        }
+        Pool::new(None).run(|| (self.format.write)(drawing, &export))
     }
 }
 

@@ -51,7 +51,7 @@ const DOTS_IN_A_ROW: usize = 64;
 pub(super) fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let units = cubic::units_per_pixel(drawing);
-    let layers = with_few_cubics(drawing, units).layers(export.style, export.inks, export.paper.as_ref());
+    let layers = with_few_cubics(drawing, units).layers(export.style, &export.only, export.paper.as_ref())?;
     let groups: Vec<Group<'_>> = groups(&layers, [drawing.width, drawing.height], &placement);
     let contents = contents(&groups, &placement, units);
     let compressed: std::io::Result<Vec<Stream>> = contents.into_iter().map(Stream::compressed).collect();
@@ -82,7 +82,7 @@ fn groups<'a>(layers: &'a Layers, canvas: [usize; 2], placement: &Placement) -> 
     });
     let of_layer = layers.layers.iter().map(|layer| {
         let shapes = Shapes::Areas(&layer.areas);
-        Group { id: &layer.id, label: &layer.label, rgb: layers.colour(layer.ink), shapes }
+        Group { id: &layer.id, label: &layer.label, rgb: layer.rgb, shapes }
     });
     under.chain(of_layer).collect()
 }
@@ -285,7 +285,7 @@ mod tests {
     use crate::files::layers::Style;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
-    use crate::options::Inks;
+    use crate::options::Only;
 
     fn text_of(pdf: &[u8]) -> String {
         String::from_utf8_lossy(pdf).into_owned()
@@ -357,7 +357,7 @@ mod tests {
             content.contains(&format!("/OC /paper BDC\n1 g\n{whole} re\nf\nEMC\n/OC /level-1-black-regions BDC\n0 g\n")),
             "{content}"
         );
-        let scratchboard = to_pdf(&drawing, &Export { inks: Inks::White, ..Export::default() }).unwrap();
+        let scratchboard = to_pdf(&drawing, &Export { only: Only::named(&["white"]), ..Export::default() }).unwrap();
         let content = content_of(&scratchboard);
         assert!(content.contains(&format!("/OC /paper BDC\n0 g\n{whole} re\nf\nEMC\n/OC /white-regions BDC\n1 g\n")), "{content}");
     }

@@ -19,9 +19,9 @@ use rayon::prelude::*;
 use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
 
 use crate::base::{Error, Ink, Pool, Result};
-use crate::drawing::{Drawing, Mark};
+use crate::drawing::{Drawing, Mark, Ring, RingPart};
 use crate::files::export::Export;
-use crate::files::layers::colours;
+use crate::files::layers::{Drawn, colours};
 use crate::files::layout::PixelPlacement;
 use crate::photo::MAX_SIDE;
 
@@ -59,11 +59,13 @@ pub struct Raster {
     pub width: usize,
     /// Height in pixels.
     pub height: usize,
-    /// `width * height` values.
+    /// 1 for grey, or 3 for red, green and blue (sRGB).
+    pub channels: usize,
+    /// `width * height * channels` values.
     pub values: Vec<u8>,
 }
 
-/// Paints the drawing on white, `width` pixels wide and as high as the canvas's proportions say (rounded, at least 1);
+/// Paints the drawing on its paper, white by default, `width` pixels wide and as high as the canvas's proportions say (rounded, at least 1);
 /// `None` is the canvas's own size.
 ///
 /// # Errors
@@ -105,15 +107,70 @@ pub fn rasterize_part(drawing: &Drawing, part: [f64; 4], width: usize) -> Result
     let scale = [width as f64 / across, height as f64 / down];
     let window = Window::of(part, scale);
     Ok(Pool::new(None).run(|| {
-        let levels = flatten(drawing, scale, Some(&window));
         // Smaller bands: whoever looks at a part waits for it, and what lies outside is clipped already.
-        Raster { width, height, values: paint(&levels, width, height, (rows_of_a_band(width) / 4).max(16)) }
+        painted(drawing, [width, height], scale, Some(&window), (rows_of_a_band(width) / 4).max(16))
     }))
 }
 
 fn rasterize_to(drawing: &Drawing, width: usize, height: usize) -> Raster {
-    let levels = flatten(drawing, [width as f64 / drawing.width as f64, height as f64 / drawing.height as f64], None);
-    Raster { width, height, values: paint(&levels, width, height, rows_of_a_band(width)) }
+    let scale = [width as f64 / drawing.width as f64, height as f64 / drawing.height as f64];
+    painted(drawing, [width, height], scale, None, rows_of_a_band(width))
+}
+
+/// The raster of a drawing, or of what is seen of it in a window, painted in bands of `rows` rows.
+fn painted(drawing: &Drawing, [width, height]: [usize; 2], scale: [f64; 2], window: Option<&Window>, rows: usize) -> Raster {
+    if drawing.palette.is_black_and_white() {
+        let levels = flatten(drawing, scale, window);
+        return Raster { width, height, channels: 1, values: paint(&levels, width, height, rows) };
+    }
+    let colours: Vec<[u8; 3]> = drawing.palette.labels().map(|label| drawing.palette.rgb(label)).collect();
+    painted_in(drawing, &colours, [width, height], scale, window, rows)
+}
+
+/// The same in colours, one for every label: what every label covers of a pixel is summed up, so that where two meet no third shows.
+fn painted_in(
+    drawing: &Drawing,
+    colours: &[[u8; 3]],
+    [width, height]: [usize; 2],
+    scale: [f64; 2],
+    window: Option<&Window>,
+    rows: usize,
+) -> Raster {
+    let mut of_labels: Vec<Vec<Mark>> = vec![Vec::new(); colours.len()];
+    for &mark in &drawing.order {
+        let ink = match mark {
+            Mark::Stipple(i) => drawing.stipples[i as usize].ink,
+            Mark::Region(i) => drawing.regions[i as usize].ink,
+        };
+        of_labels[ink.index()].push(mark);
+    }
+    let flattened: Vec<([u8; 3], Flattened)> = (of_labels.into_iter().zip(colours))
+        .filter(|(marks, _)| !marks.is_empty())
+        .map(|(marks, colour)| {
+            let batches = marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window, true)).collect();
+            (*colour, Flattened { ink: Ink::WHITE, batches })
+        })
+        .collect();
+    let mut values = vec![0u8; 3 * width * height];
+    values.par_chunks_mut(3 * width * rows).enumerate().for_each(|(band, values)| {
+        let mut covered = vec![0u8; values.len() / 3];
+        let mut sums = vec![[0u32; 4]; covered.len()];
+        for (colour, flattened) in &flattened {
+            paint_band(std::slice::from_ref(flattened), Color::BLACK, width, band * rows, &mut covered);
+            for (sum, covered) in sums.iter_mut().zip(&covered).filter(|(_, covered)| **covered > 0) {
+                let covered = u32::from(*covered);
+                for channel in 0..3 {
+                    sum[channel] += covered * u32::from(colour[channel]);
+                }
+                sum[3] += covered;
+            }
+        }
+        for (pixel, [red, green, blue, whole]) in values.chunks_exact_mut(3).zip(sums) {
+            let whole = whole.max(1);
+            pixel.copy_from_slice(&[red, green, blue].map(|sum| ((sum + whole / 2) / whole) as u8));
+        }
+    });
+    Raster { width, height, channels: 3, values }
 }
 
 fn rows_of_a_band(width: usize) -> usize {
@@ -133,11 +190,15 @@ pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place_pixels(drawing.width, drawing.height)?;
     let [width, height] = placement.page;
     check_size(width, height)?;
+    export.check_palette(&drawing.palette)?;
+    if !drawing.palette.is_black_and_white() {
+        return to_png_of_inks(drawing, export, &placement);
+    }
     let Raster { values, .. } = rasterize_to(drawing, placement.drawing[0], placement.drawing[1]);
     let paper = export.paper.as_ref().map_or([255; 3], |paper| paper.rgb());
     let [black, white] = match &export.paper {
         None => [[0; 3], [255; 3]],
-        Some(paper) => colours(export.style, export.inks, Some(paper)),
+        Some(paper) => colours(export.style, Drawn::of(&export.only.of(&drawing.palette)?), Some(paper)),
     };
     let between = |grey: u8, channel: usize| {
         let [from, to] = [black, white].map(|colour| u32::from(colour[channel]));
@@ -159,6 +220,27 @@ pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
         let samples = on_page(values.iter().map(|v| table[usize::from(*v)]).collect(), &placement, paper).into_flattened();
         Pixels { width, height, color: ColorType::Rgb, depth: BitDepth::Eight, palette: None, samples: Cow::Owned(samples) }
     };
+    write_png(&pixels, placement.dpi, DEFLATE)
+}
+
+/// [`to_png`] of other inks than black and white.
+fn to_png_of_inks(drawing: &Drawing, export: &Export, placement: &PixelPlacement) -> Result<Vec<u8>> {
+    let palette = &drawing.palette;
+    let drawn = export.only.of(palette)?;
+    let paper = export.paper.as_ref().map_or(palette.paper(), |paper| paper.rgb());
+    let colour = |label: Ink| {
+        // Without the inks that are not drawn.
+        let shown = palette.with_only(label, &drawn);
+        if shown == palette.paper_label() { paper } else { palette.rgb(shown) }
+    };
+    let colours: Vec<[u8; 3]> = palette.labels().map(colour).collect();
+    let [across, down] = placement.drawing;
+    let scale = [across as f64 / drawing.width as f64, down as f64 / drawing.height as f64];
+    let Raster { values, .. } = painted_in(drawing, &colours, placement.drawing, scale, None, rows_of_a_band(across));
+    let pixels: Vec<[u8; 3]> = values.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let samples = Cow::Owned(on_page(pixels, placement, paper).into_flattened());
+    let [width, height] = placement.page;
+    let pixels = Pixels { width, height, color: ColorType::Rgb, depth: BitDepth::Eight, palette: None, samples };
     write_png(&pixels, placement.dpi, DEFLATE)
 }
 
@@ -202,7 +284,7 @@ pub fn encode_png_at_once(raster: &Raster) -> Result<Vec<u8>> {
 }
 
 fn encode(raster: &Raster, deflate: DeflateCompression) -> Result<Vec<u8>> {
-    let pixels = raster.width * raster.height;
+    let pixels = raster.width * raster.height * raster.channels;
     if raster.values.len() != pixels || pixels == 0 {
         return Err(Error::Input(format!(
             "the raster has {} values, but {} x {} pixels need {pixels}, at least one",
@@ -211,7 +293,8 @@ fn encode(raster: &Raster, deflate: DeflateCompression) -> Result<Vec<u8>> {
             raster.height
         )));
     }
-    let (color, depth, palette) = (ColorType::Grayscale, BitDepth::Eight, None);
+    let color = if raster.channels == 3 { ColorType::Rgb } else { ColorType::Grayscale };
+    let (depth, palette) = (BitDepth::Eight, None);
     let samples = Cow::Borrowed(&raster.values[..]);
     write_png(&Pixels { width: raster.width, height: raster.height, color, depth, palette, samples }, None, deflate)
 }
@@ -310,6 +393,49 @@ struct Outline {
 }
 
 impl Polygons {
+    /// The polygon of a dot, against its direction where it is a hole.
+    fn push_dot(&mut self, drawing: &Drawing, scale: [f64; 2], index: u32, window: Option<&Window>, is_hole: bool) {
+        let dot = &drawing.stipples[index as usize];
+        let [x, y, radius] = [dot.x, dot.y, dot.radius];
+        let corners = [[x - radius, y - radius], [x + radius, y + radius]];
+        if window.is_some_and(|window| window.leaves_out(&corners)) {
+            return;
+        }
+        let mut points = drawing.stipple_outline(index as usize, DOT_TOLERANCE / scale[0].max(scale[1]));
+        if is_hole {
+            points.reverse();
+        }
+        self.push_seen(scale, points, window, window.is_none_or(|window| window.holds(corners)));
+    }
+
+    fn push_ring(&mut self, drawing: &Drawing, scale: [f64; 2], ring: &Ring, window: Option<&Window>) {
+        let tolerance = CURVE_TOLERANCE / scale[0].max(scale[1]);
+        let path = drawing.ring_path(ring);
+        let bounds = path.control_box();
+        let whole = window.is_none_or(|window| window.holds([[bounds.x0, bounds.y0], [bounds.x1, bounds.y1]]));
+        let mut points = Vec::new();
+        match window {
+            // What is seen whole is neither looked at piece by piece nor cut.
+            Some(window) if !whole => window.flatten(&path, tolerance, &mut points),
+            _ => kurbo::flatten(path.iter(), tolerance, |element| points.extend(element.end_point().map(|p| [p.x, p.y]))),
+        }
+        self.push_seen(scale, points, window, whole);
+    }
+
+    fn push_seen(&mut self, scale: [f64; 2], mut points: Vec<[f64; 2]>, window: Option<&Window>, whole: bool) {
+        if let Some(window) = window {
+            if !whole {
+                window.cut(&mut points);
+            }
+            let corner = window.corner;
+            points.iter_mut().for_each(|point| *point = [point[0] - corner[0], point[1] - corner[1]]);
+        }
+        // What is not seen, and what has no area.
+        if points.len() > 2 {
+            self.push(scale, points.into_iter());
+        }
+    }
+
     fn push(&mut self, scale: [f64; 2], points: impl Iterator<Item = [f64; 2]>) {
         let begin = self.points.len();
         let (mut top, mut bottom) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -413,52 +539,27 @@ impl Window {
 fn flatten(drawing: &Drawing, scale: [f64; 2], window: Option<&Window>) -> Vec<Flattened> {
     let flatten_level = |level: crate::drawing::Level| Flattened {
         ink: level.ink,
-        batches: level.marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window)).collect(),
+        batches: level.marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window, false)).collect(),
     };
     drawing.levels().into_iter().map(flatten_level).collect()
 }
 
-fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark], window: Option<&Window>) -> Polygons {
-    let larger = scale[0].max(scale[1]);
+/// Marks as polygons: their exteriors, and their holes too if they are to be cut out.
+fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark], window: Option<&Window>, with_holes: bool) -> Polygons {
     let mut polygons = Polygons { points: Vec::new(), outlines: Vec::with_capacity(marks.len()) };
-    let mut points = Vec::new();
     for mark in marks {
-        points.clear();
-        // What is seen whole is neither looked at piece by piece nor cut.
-        let whole = match *mark {
-            Mark::Stipple(i) => {
-                let dot = &drawing.stipples[i as usize];
-                let [x, y, radius] = [dot.x, dot.y, dot.radius];
-                let corners = [[x - radius, y - radius], [x + radius, y + radius]];
-                if window.is_some_and(|window| window.leaves_out(&corners)) {
-                    continue;
-                }
-                points = drawing.stipple_outline(i as usize, DOT_TOLERANCE / larger);
-                window.is_none_or(|window| window.holds(corners))
-            }
+        match *mark {
+            Mark::Stipple(i) => polygons.push_dot(drawing, scale, i, window, false),
             Mark::Region(i) => {
-                let path = drawing.ring_path(&drawing.regions[i as usize].exterior);
-                let bounds = path.control_box();
-                let whole = window.is_none_or(|window| window.holds([[bounds.x0, bounds.y0], [bounds.x1, bounds.y1]]));
-                match window {
-                    Some(window) if !whole => window.flatten(&path, CURVE_TOLERANCE / larger, &mut points),
-                    _ => kurbo::flatten(path.iter(), CURVE_TOLERANCE / larger, |element| {
-                        points.extend(element.end_point().map(|p| [p.x, p.y]));
-                    }),
+                let region = &drawing.regions[i as usize];
+                polygons.push_ring(drawing, scale, &region.exterior, window);
+                for hole in region.holes.iter().filter(|_| with_holes) {
+                    match hole.parts[..] {
+                        [RingPart::Stipple { index }] => polygons.push_dot(drawing, scale, index, window, true),
+                        _ => polygons.push_ring(drawing, scale, hole, window),
+                    }
                 }
-                whole
             }
-        };
-        if let Some(window) = window {
-            if !whole {
-                window.cut(&mut points);
-            }
-            let corner = window.corner;
-            points.iter_mut().for_each(|point| *point = [point[0] - corner[0], point[1] - corner[1]]);
-        }
-        // What is not seen, and what has no area.
-        if points.len() > 2 {
-            polygons.push(scale, points.drain(..));
         }
     }
     polygons
@@ -468,17 +569,17 @@ fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark], window: Opt
 fn paint(levels: &[Flattened], width: usize, height: usize, rows: usize) -> Vec<u8> {
     let mut values = vec![0u8; width * height];
     values.par_chunks_mut(width * rows).enumerate().for_each(|(band, values)| {
-        paint_band(levels, width, band * rows, values);
+        paint_band(levels, Color::WHITE, width, band * rows, values);
     });
     values
 }
 
-/// Paints the rows from `first_row` that `values` holds.
-fn paint_band(levels: &[Flattened], width: usize, first_row: usize, values: &mut [u8]) {
+/// Paints the rows from `first_row` that `values` holds, on a ground.
+fn paint_band(levels: &[Flattened], ground: Color, width: usize, first_row: usize, values: &mut [u8]) {
     let rows = values.len() / width;
     let (top, bottom) = (first_row as f32, (first_row + rows) as f32);
     let mut pixmap = Pixmap::new(width as u32, rows as u32).expect("a band has pixels, and fewer than 2^26 of them");
-    pixmap.fill(Color::WHITE);
+    pixmap.fill(ground);
     for level in levels {
         let mut builder = PathBuilder::new();
         for batch in &level.batches {
@@ -523,7 +624,7 @@ mod tests {
     use super::*;
     use crate::files::layout::Layout;
     use crate::files::svg::samples;
-    use crate::options::Inks;
+    use crate::options::Only;
 
     fn ink(raster: &Raster) -> f64 {
         raster.values.iter().map(|v| f64::from(255 - v) / 255.0).sum()
@@ -742,7 +843,7 @@ mod tests {
         assert_eq!((info.bit_depth, info.color_type), (BitDepth::Eight, ColorType::Grayscale));
         assert_eq!(values, raster.values);
         assert_eq!(decode(&encode_png_at_once(&raster).unwrap()).1, raster.values);
-        assert!(encode_png(&Raster { width: 3, height: 3, values: vec![0; 8] }).is_err());
+        assert!(encode_png(&Raster { width: 3, height: 3, channels: 1, values: vec![0; 8] }).is_err());
     }
 
     #[test]
@@ -768,16 +869,16 @@ mod tests {
         let [black, white, red] = [[0; 3], [255; 3], [200, 16, 32]].map(|rgb| rgb.to_vec());
         for one_bit in [false, true] {
             export.paper = Some("#c81020".parse().unwrap());
-            let flat = |inks: Inks| Export { inks, one_bit, ..export.clone() };
-            assert_eq!(at(&flat(Inks::Black)), [&black, &red, &red, &red].map(Clone::clone));
-            assert_eq!(at(&flat(Inks::White)), [&red, &white, &white, &red].map(Clone::clone));
-            assert_eq!(at(&Export { style: crate::files::Style::Layered, ..flat(Inks::Black) }), at(&flat(Inks::Black)));
+            let flat = |only: Only| Export { only, one_bit, ..export.clone() };
+            assert_eq!(at(&flat(Only::default())), [&black, &red, &red, &red].map(Clone::clone));
+            assert_eq!(at(&flat(Only::named(&["white"]))), [&red, &white, &white, &red].map(Clone::clone));
+            assert_eq!(at(&Export { style: crate::files::Style::Layered, ..flat(Only::default()) }), at(&flat(Only::default())));
             if !one_bit {
-                assert_eq!(at(&flat(Inks::Both)), [&black, &white, &white, &red].map(Clone::clone));
+                assert_eq!(at(&flat(Only::named(&["black", "white"]))), [&black, &white, &white, &red].map(Clone::clone));
             }
             // Greys stay grey.
             export.paper = Some("black".parse().unwrap());
-            let on_black = Export { inks: Inks::White, one_bit, ..export.clone() };
+            let on_black = Export { only: Only::named(&["white"]), one_bit, ..export.clone() };
             assert_eq!(at(&on_black), [[0], [255], [255], [0]].map(|v| v.to_vec()));
         }
         export.paper = Some("#808080".parse().unwrap());

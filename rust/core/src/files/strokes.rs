@@ -78,7 +78,7 @@ mod tests {
     use crate::base::Control;
     use crate::drawing::{Loose, put_together};
     use crate::files::layers::Style;
-    use crate::options::Inks;
+    use crate::options::Only;
 
     /// Many dots of many radii, in hundredths of a unit as the outlines make them.
     fn dotted() -> Drawing {
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn dots_of_a_radius_follow_one_another() {
         let drawing = with_few_radii(&dotted()).unwrap();
-        let layers = drawing.layers(Style::Flat, Inks::Black, None);
+        let layers = drawing.layers(Style::Flat, &Only::default(), None).unwrap();
         let classes = by_radius(&layers.layers[0].areas, drawing.units, [640, 400]);
         assert_eq!(classes.iter().map(|(_, centres)| centres.len()).sum::<usize>(), 4000);
         assert!(classes.is_sorted_by(|a, b| a.0 < b.0));

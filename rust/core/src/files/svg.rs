@@ -9,7 +9,7 @@
 //! attributes of the root element alone; the data stay in pixels of the canvas. The provenance is JSON in `<metadata>`: enough to
 //! make the drawing again.
 
-use crate::base::{Ink, Result};
+use crate::base::{Palette, Result, WrittenPalette};
 use crate::drawing::{Drawing, Mark};
 use crate::files::export::{Dots, Elements, Export};
 use crate::files::layers::{Area, Ground, Layer, Layers, Outline};
@@ -47,7 +47,7 @@ pub(super) fn to_svg(drawing: &Drawing, export: &Export) -> Result<String> {
 fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let (width, height) = (drawing.width, drawing.height);
     let placement = export.layout.place(width, height)?;
-    let layers = drawing.layers(export.style, export.inks, export.paper.as_ref());
+    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let mut path = PathWriter::new(drawing.units);
     path.bytes.reserve(2048 + 16 * elements + 56 * drawing.stipples.len());
@@ -59,13 +59,14 @@ fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let json = serde_json::to_string(&drawing.provenance).expect("plain options always serialize");
     // Of a canvas with nothing on it no style and ink would tell.
     let is_empty = drawing.curves.is_empty() && drawing.stipples.is_empty();
-    let is_black = is_empty && drawing.regions.first().is_some_and(|region| region.ink == Ink::BLACK);
+    let is_black = is_empty && drawing.regions.first().is_some_and(|region| region.ink != drawing.palette.paper_label());
     writer.path.text(&format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"{INKSCAPE}\" width=\"{on_paper_width}\" \
          height=\"{on_paper_height}\" viewBox=\"{left} {top} {page_width} {page_height}\">\n\
          <metadata><graphstipple:drawing xmlns:graphstipple=\"{NAMESPACE}\" width=\"{width}\" height=\"{height}\" \
-         units=\"{}\"{}>{}</graphstipple:drawing></metadata>\n",
+         units=\"{}\"{}{}>{}</graphstipple:drawing></metadata>\n",
         drawing.units,
+        told_palette(&drawing.palette),
         if is_black { " ground=\"black\"" } else { "" },
         escape(&json)
     ));
@@ -79,11 +80,21 @@ fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     Ok(String::from_utf8(writer.path.bytes).expect("only text was written"))
 }
 
+/// The attributes of inks and paper, where they are not black and white.
+fn told_palette(palette: &Palette) -> String {
+    if palette.is_black_and_white() {
+        return String::new();
+    }
+    let WrittenPalette { inks, paper, overprint } = palette.into();
+    let overprint = if overprint { " overprint=\"true\"" } else { "" };
+    format!(" inks=\"{}\" paper=\"{paper}\"{overprint}", inks.join(","))
+}
+
 /// The id of a mark's element: ink, kind and number, which are the drawing's own.
-fn id_of(mark: Mark, ink: Ink) -> String {
+fn id_of(mark: Mark, ink: &str) -> String {
     match mark {
-        Mark::Region(number) => format!("{}-region-{number}", ink.name()),
-        Mark::Stipple(number) => format!("{}-stipple-{number}", ink.name()),
+        Mark::Region(number) => format!("{ink}-region-{number}"),
+        Mark::Stipple(number) => format!("{ink}-stipple-{number}"),
     }
 }
 
@@ -92,6 +103,9 @@ pub(crate) fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
     let is_short = [red, green, blue].iter().all(|value| value / 16 == value % 16);
     if is_short { format!("#{:x}{:x}{:x}", red % 16, green % 16, blue % 16) } else { format!("#{red:02x}{green:02x}{blue:02x}") }
 }
+
+/// Inks over each other.
+const MULTIPLY: &str = " style=\"mix-blend-mode:multiply\"";
 
 /// Writes groups and what is in them.
 struct Writer<'a> {
@@ -115,7 +129,7 @@ impl Writer<'_> {
     }
 
     fn layer(&mut self, layer: &Layer) {
-        let rgb = self.layers.colour(layer.ink);
+        let rgb = layer.rgb;
         // A layer has marks of one kind.
         let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Mark::Stipple(_)));
         let has_strokes = has_dots && self.export.dots == Dots::Strokes;
@@ -126,11 +140,12 @@ impl Writer<'_> {
         } else {
             fill(rgb)
         };
-        self.group(&layer.id, &layer.label, &(paint + &transform));
+        let blend = if self.layers.multiply { MULTIPLY } else { "" };
+        self.group(&layer.id, &layer.label, &(paint + &transform + blend));
         match self.export.elements {
             _ if has_strokes => self.strokes(&layer.areas),
             Elements::Layers => self.compound_path(&layer.areas),
-            Elements::Marks => layer.areas.iter().for_each(|area| self.mark(area, layer.ink)),
+            Elements::Marks => layer.areas.iter().for_each(|area| self.mark(area, layer.ink_name())),
         }
         self.path.text("</g>\n");
     }
@@ -147,7 +162,7 @@ impl Writer<'_> {
         self.close();
     }
 
-    fn mark(&mut self, area: &Area, ink: Ink) {
+    fn mark(&mut self, area: &Area, ink: &str) {
         let id = id_of(area.mark, ink);
         match area.exterior {
             Outline::Circle { x, y, radius } => {
@@ -352,13 +367,14 @@ mod tests {
     use kurbo::{Affine, BezPath, PathEl, Shape};
 
     use super::*;
+    use crate::base::Ink;
     use crate::files::layers::Style;
-    use crate::options::Inks;
+    use crate::options::Only;
 
     const UNITS: f64 = 16.0;
 
-    fn flat(inks: Inks) -> Export {
-        Export { inks, ..Export::default() }
+    fn flat(only: Only) -> Export {
+        Export { only, ..Export::default() }
     }
 
     fn layered() -> Export {
@@ -397,12 +413,12 @@ mod tests {
         let white = sample.ring_path(&sample.regions[1].exterior).area();
         assert!((paths[2].1.area() / white - 1.0).abs() < 1e-9, "{} instead of {white}", paths[2].1.area());
         assert!(svg.contains("<g id=\"paper\""));
-        assert!(!to_svg(&sample, &flat(Inks::Black)).unwrap().contains("paper"));
+        assert!(!to_svg(&sample, &flat(Only::default())).unwrap().contains("id=\"paper\""));
     }
 
     #[test]
     fn what_is_not_drawn_is_transparent_unless_there_is_a_paper() {
-        let mut export = flat(Inks::Black);
+        let mut export = flat(Only::default());
         export.layout.margin = "8px".parse().unwrap();
         let head = |export: &Export| {
             let svg = to_svg(&samples::nested(), export).unwrap();
@@ -420,8 +436,8 @@ mod tests {
         starts(&export, &(group("black-regions", "Black regions", "") + transform));
         let page = "<rect x=\"-8\" y=\"-8\" width=\"80\" height=\"64\"/></g>";
         let canvas = "<rect width=\"64\" height=\"48\"/></g>";
-        starts(&flat(Inks::White), &format!("{}>{canvas}", group("paper", "Paper", "")));
-        starts(&flat(Inks::Both), &format!("{}>{canvas}", group("underlay", "Underlay", "")));
+        starts(&flat(Only::named(&["white"])), &format!("{}>{canvas}", group("paper", "Paper", "")));
+        starts(&flat(Only::named(&["black", "white"])), &format!("{}>{canvas}", group("underlay", "Underlay", "")));
         starts(&layered(), &format!("{}>{canvas}", group("paper", "Paper", " fill=\"#fff\"")));
         export.paper = Some("#1af".parse().unwrap());
         starts(&export, &format!("{}>{page}", group("paper", "Paper", " fill=\"#1af\"")));
@@ -445,7 +461,7 @@ mod tests {
         let regions = of("path", &["black-region-0", "black-region-2"]);
         let dots = of("circle", &["black-stipple-1", "black-stipple-2", "black-stipple-3"]);
         let inner = of("circle", &["black-stipple-0"]);
-        assert_eq!(ids(flat(Inks::Black)), [regions.clone(), inner.clone(), dots.clone()].concat());
+        assert_eq!(ids(flat(Only::default())), [regions.clone(), inner.clone(), dots.clone()].concat());
         assert_eq!(ids(layered()), [regions, dots, of("path", &["white-region-1"]), inner].concat());
         let svg = to_svg(&sample, &Export { elements: Elements::Marks, ..Export::default() }).unwrap();
         // 53.21, 40.4 and 1.3 px in sixteenths: these are on no grid.

@@ -18,6 +18,9 @@ pub(crate) use smooth::{drawn_tones, structured_mean};
 pub use split::split;
 pub use stipple::{Marks, Stippled, stipple};
 
+use crate::base::Palette;
+use crate::inks::Mixture;
+
 /// What the nodes of the second graph are labelled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
@@ -27,4 +30,15 @@ pub struct Labels {
     pub shift: f64,
     /// How the nodes are drawn, where smooth parts were stippled.
     pub marks: Option<Marks>,
+    /// What the labels are of, if not of black and white.
+    pub inks: Option<OfInks>,
+}
+
+/// What labels of other inks than black and white are of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfInks {
+    /// The inks and the paper.
+    pub palette: Palette,
+    /// The mixture of every node, which boundaries follow.
+    pub mixtures: Vec<Mixture>,
 }

@@ -1,6 +1,9 @@
 //! What options that are words stand for.
 
+use std::fmt;
+
 use super::value::{Typed, Value, words};
+use crate::base::{Error, NamedInk, Palette, Result};
 
 words! {
     /// The regular first graph (the paper uses the hexagonal one).
@@ -42,15 +45,75 @@ words! {
     }
 }
 
-words! {
-    /// What a flat drawing is written with; a layered one always has both inks.
-    Inks {
-        /// Black ink on white paper.
-        Black = "black",
-        /// White ink on black paper.
-        White = "white",
-        /// Both, each in layers of its own.
-        Both = "both",
+/// The inks of a drawing, in the order of their labels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InkList(pub Vec<NamedInk>);
+
+impl Typed for InkList {
+    fn read(value: &Value) -> Option<Self> {
+        let Value::Word(text) = value else { return None };
+        let inks = text.split(',').map(|ink| NamedInk::parse(ink.trim()));
+        inks.collect::<Result<_>>().ok().map(Self)
+    }
+
+    fn value(&self) -> Value {
+        Value::Word(self.0.iter().map(ToString::to_string).collect::<Vec<_>>().join(","))
+    }
+}
+
+/// Which inks are drawn, by their names; without any, all of them and not the paper.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Only {
+    names: Vec<String>,
+}
+
+impl Only {
+    /// These inks alone.
+    pub fn named(names: &[&str]) -> Self {
+        Self { names: names.iter().map(|name| (*name).to_owned()).collect() }
+    }
+
+    /// Whether all inks are drawn.
+    pub fn is_all(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// The numbers of the inks that are drawn, in the palette's order; one behind the last stands for the paper.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a name that is none of the palette's.
+    pub fn of(&self, palette: &Palette) -> Result<Vec<usize>> {
+        let inks = palette.inks();
+        if self.is_all() {
+            return Ok((0..inks.len()).collect());
+        }
+        let all: Vec<&str> = inks.iter().map(|ink| ink.name.as_str()).chain([palette.paper_name()]).collect();
+        let number = |name: &String| {
+            let allowed = || format!("inks of the drawing or its paper, with commas between them: {}", all.join(", "));
+            all.iter().position(|known| known == name).ok_or_else(|| Error::option("only", self, allowed()))
+        };
+        let mut numbers = self.names.iter().map(number).collect::<Result<Vec<_>>>()?;
+        numbers.sort_unstable();
+        numbers.dedup();
+        Ok(numbers)
+    }
+}
+
+impl fmt::Display for Only {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.names.join(","))
+    }
+}
+
+impl Typed for Only {
+    fn read(value: &Value) -> Option<Self> {
+        let Value::Word(text) = value else { return None };
+        let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
+        names.iter().all(|name| !name.is_empty()).then_some(Self { names })
+    }
+
+    fn value(&self) -> Value {
+        Value::Word(self.to_string())
     }
 }
 

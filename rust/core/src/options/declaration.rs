@@ -13,6 +13,8 @@ pub enum Group {
     Stipples,
     /// The photo's tone before anything is done with it.
     Tones,
+    /// Inks and paper.
+    Inks,
     /// How the work is done.
     Work,
     /// The fields of [`super::Published`].
@@ -21,7 +23,7 @@ pub enum Group {
 
 impl Group {
     /// All groups, in the order in which they are shown.
-    pub const ALL: [Self; 6] = [Self::Nodes, Self::Shapes, Self::Stipples, Self::Tones, Self::Work, Self::Method];
+    pub const ALL: [Self; 7] = [Self::Nodes, Self::Shapes, Self::Stipples, Self::Tones, Self::Inks, Self::Work, Self::Method];
 
     /// The heading.
     pub fn title(self) -> &'static str {
@@ -30,6 +32,7 @@ impl Group {
             Self::Shapes => "Shapes",
             Self::Stipples => "Stipples",
             Self::Tones => "Tone",
+            Self::Inks => "Inks",
             Self::Work => "Work",
             Self::Method => "Published method",
         }

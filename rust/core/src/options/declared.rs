@@ -13,9 +13,9 @@
 //!
 //! The last two lines are only for options that can be absent, and for those that matter only where others say so.
 
-use super::choices::{Alpha, Backdrop, Crossings, ErrorWeighting, LatticeKind, Order, Point};
+use super::choices::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Order, Point};
 use super::declaration::Audience::{Everyday, Further};
-use super::declaration::Group::{Method, Nodes, Shapes, Stipples, Tones, Work};
+use super::declaration::Group::{Inks, Method, Nodes, Shapes, Stipples, Tones, Work};
 use super::declaration::Stage::{self, Emphasis, FirstGraph, Importance, Labels, Outlines, SecondGraph, Tone};
 use super::declaration::{DeclarationOf, declare};
 use super::value::Rule::{self, Switch, UpTo, Whole, Within, Words, WordsOrWithin};
@@ -108,6 +108,24 @@ declare! {
         backdrop: Backdrop = Backdrop::Fade, Words(Backdrop::WORDS), "", Tones, Further, [Tone, Importance];
         /// What shows through transparent parts. Those of the photo, and of a map of one's own.
         background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
+
+        /// Inks of the drawing, as colours with commas between them. A name may stand before a colour, as in "pink=#ff48b0"; up to 15.
+        inks: Option<InkList> = None, Rule::Inks, "", Inks, Everyday, [Labels];
+            absent "off", "black";
+        /// Greys evenly apart, black and the paper among them: another way to say inks.
+        levels: Option<u32> = None, Whole(2, 16), "greys", Inks, Everyday, [Labels];
+            absent "off", "see inks";
+        /// Takes so many inks from the photo: another way to say inks.
+        extract_inks: Option<u32> = None, Whole(1, 15), "inks", Inks, Everyday, [Labels];
+            absent "off", "see inks";
+        /// Lays inks over each other, up to six. What the light of each is to that of the paper is multiplied; without it every place
+        /// has one ink or none.
+        overprint: bool = false, Switch, "", Inks, Everyday, [Labels];
+            when |options, _| options.wants_colour();
+        /// Colour of the paper, of the whole page. Inks mix with it, and white marks that are paper have it too.
+        paper: Option<Color> = None, Rule::Color, "", Inks, Everyday, [Labels];
+            absent "none", "white, and what is not drawn is transparent";
+            when |options, _| options.wants_colour();
 
         /// Worker threads; the drawing does not depend on them.
         threads: Option<usize> = None, Whole(1, 1024), "", Work, Further, [];

@@ -8,6 +8,7 @@ mod budget;
 mod choices;
 mod declaration;
 mod declared;
+mod inks;
 mod numbers;
 mod presets;
 mod schema;
@@ -16,7 +17,7 @@ mod value;
 use crate::base::{Checked, Error, Result, in_one_line, or_nearest};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXELS, PIXELS_PER_NODE};
-pub use choices::{Alpha, Backdrop, Crossings, ErrorWeighting, Inks, LatticeKind, Order, Point};
+pub use choices::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Only, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};
 pub(crate) use numbers::{bytes, in_hours};
@@ -27,11 +28,6 @@ pub use value::{Rule, Value};
 pub(crate) use value::{Typed, words};
 
 impl Options {
-    /// Whether a drawing with these options needs the colour of its photo. None does yet: // inks
-    pub fn wants_colour(&self) -> bool {
-        false
-    }
-
     /// The paper's settings: the published method as it is by [`Published::default`] (density 1 and no node budget, saliency alone,
     /// one Lloyd step), and none of what we add to it.
     pub fn paper() -> Self {
@@ -79,6 +75,7 @@ impl Options {
         if let (Some(_), Some(value)) = (self.nodes, self.nodes_per_pixel) {
             return Err(Error::option("nodes_per_pixel", value, "left out when nodes is given: the budget is one or the other"));
         }
+        self.check_inks()?;
         if let Some(largest) = self.stipple_max.filter(|largest| *largest < self.stipple_min) {
             return Err(Error::option("stipple_max", largest, "at least stipple_min"));
         }

@@ -4,7 +4,7 @@
 
 use crate::base::{Error, Result, or_nearest};
 
-use super::{Inks, Options};
+use super::{Only, Options};
 
 /// A named set of options.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,12 +16,12 @@ pub struct Preset {
     /// Its options in full.
     pub options: Options,
     /// What a flat vector file is best drawn with.
-    pub inks: Inks,
+    pub only: Only,
 }
 
 /// All presets, the default first.
 pub fn presets() -> Vec<Preset> {
-    let of = |name, description, options| Preset { name, description, options, inks: Inks::Black };
+    let of = |name, description, options| Preset { name, description, options, only: Only::default() };
     let defaults = Options::default;
     vec![
         of("default", "clean shapes, dots where tone needs them", defaults()),
@@ -69,7 +69,7 @@ pub fn presets() -> Vec<Preset> {
             },
         ),
         Preset {
-            inks: Inks::White,
+            only: Only::named(&["white"]),
             ..of(
                 "scratchboard",
                 "white lines and dots scratched out of black (written as white ink on black paper)",

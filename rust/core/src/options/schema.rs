@@ -38,6 +38,10 @@ pub fn schema() -> Value {
     })
 }
 
+/// Inks as they are written.
+const INKS: &str = "^([a-z0-9-]+=)?(white|black|#[0-9a-fA-F]{3}|#[0-9a-fA-F]{6})\
+    ( *, *([a-z0-9-]+=)?(white|black|#[0-9a-fA-F]{3}|#[0-9a-fA-F]{6}))*$";
+
 /// One option.
 fn property(declaration: &Declaration, defaults: &Options) -> Map<String, Value> {
     let words = |words: &[&str]| json!({"type": "string", "enum": words});
@@ -49,6 +53,7 @@ fn property(declaration: &Declaration, defaults: &Options) -> Map<String, Value>
         Rule::Switch => vec![json!({"type": "boolean"})],
         Rule::Words(all) => vec![words(all)],
         Rule::WordsOrWithin(all, least, most) => vec![words(all), within(least, most)],
+        Rule::Inks => vec![json!({"type": "string", "pattern": INKS})],
         Rule::Color => vec![json!({"type": "string", "pattern": "^(white|black|#[0-9a-fA-F]{3}|#[0-9a-fA-F]{6})$"})],
     };
     if declaration.absent.is_some() {

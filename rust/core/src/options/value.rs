@@ -182,10 +182,16 @@ pub enum Rule {
     WordsOrWithin(&'static [&'static str], f64, f64),
     /// `white`, `black`, `#rrggbb` or `#rgb`.
     Color,
+    /// Colours with commas between them, each with a name before it if it has one.
+    Inks,
 }
 
 /// The least number that counts as above 0: smaller ones mean nothing even on the largest canvas.
 const ABOVE_ZERO: f64 = 1e-9;
+
+/// What is read as inks, for messages.
+const INKS_ALLOWED: &str =
+    "colours with commas between them, each white, black, #rrggbb or #rgb, or name=colour with a name of a-z, 0-9 and -";
 
 impl Rule {
     /// Whether a value keeps the rule.
@@ -200,7 +206,7 @@ impl Rule {
             Self::Words(words) => among(words),
             Self::WordsOrWithin(words, least, most) => among(words) || within(least, most),
             // A field of this type holds nothing else.
-            Self::Color => matches!(value, Value::Word(_)),
+            Self::Color | Self::Inks => matches!(value, Value::Word(_)),
         }
     }
 
@@ -224,7 +230,7 @@ impl Rule {
                 "false" => Value::Switch(false),
                 _ => Value::Word(text.to_owned()),
             },
-            Self::Words(_) | Self::Color => Value::Word(text.to_owned()),
+            Self::Words(_) | Self::Color | Self::Inks => Value::Word(text.to_owned()),
         }
     }
 
@@ -241,6 +247,7 @@ impl Rule {
                 format!("{} or a number between {least} and {most}", words.join(", "))
             }
             Self::Color => Color::ALLOWED.to_owned(),
+            Self::Inks => INKS_ALLOWED.to_owned(),
         }
     }
 

@@ -12,5 +12,5 @@ mod simplify;
 mod sleeve;
 mod spline;
 
-pub use outline::{Bands, Nodes, Outlines, Shaping, crossing, outline};
+pub use outline::{Bands, Nodes, Outlines, Shaping, Tones, crossing, outline};
 pub use parts::{Parts, Stipple};

@@ -27,6 +27,7 @@ use rayon::prelude::*;
 
 use crate::base::{Control, End, Frame, Ink, Result, mixed};
 use crate::graph::{Beside, Components, Triangulation, check_areas, check_finite, check_one_a_node};
+use crate::inks::Mixture;
 use crate::options::Options;
 use crate::outlines::contours::{Contour, Ending, LEAST_PART, PARTS_A_THREAD, trace};
 use crate::outlines::dots::Star;
@@ -54,9 +55,39 @@ pub struct Nodes<'a> {
     /// Area of every node's cell in px^2: a stipple gets `stipple_scale` times as much.
     pub areas: &'a [f64],
     /// Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
-    pub tones: Option<&'a [f32]>,
+    pub tones: Option<Tones<'a>>,
     /// White bands that run through the drawing whatever the tones: see [`Bands`].
     pub bands: Option<Bands<'a>>,
+}
+
+/// What boundaries follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tones<'a> {
+    /// Tones of the nodes, in drawings of black and white.
+    Grey(&'a [f32]),
+    /// Mixtures of the nodes: between two labels counts by how much more a node has of the one.
+    Mixed(&'a [Mixture]),
+}
+
+impl Tones<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Self::Grey(tones) => tones.len(),
+            Self::Mixed(mixtures) => mixtures.len(),
+        }
+    }
+
+    /// Where a boundary crosses the edge between two nodes with these labels, the lower one first.
+    fn crossing(&self, [left, right]: [u32; 2], labels: [u8; 2]) -> f64 {
+        let tone = |node: u32| match self {
+            Self::Grey(tones) => f64::from(tones[node as usize]),
+            Self::Mixed(mixtures) => {
+                let [own, other] = labels.map(|label| f64::from(mixtures[node as usize].part(label)));
+                0.5 + 0.5 * (other - own)
+            }
+        };
+        crossing(tone(left), tone(right))
+    }
 }
 
 /// White bands, such as bridges: their boundaries run where they end and not halfway between nodes, so that they are as wide as they
@@ -163,14 +194,16 @@ pub fn outline(
         ("places", places.len()),
         ("component ids", components.ids.len()),
         ("cell areas", cell_areas.len()),
-        ("tones", tones.map_or(count, <[f32]>::len)),
+        ("tones", tones.map_or(count, |tones| tones.len())),
         ("depths", bands.map_or(count, |bands| bands.depths.len())),
         ("signs of what is added", bands.map_or(count, |bands| bands.is_added.len())),
     ] {
         check_one_a_node(what, length, count)?;
     }
     check_areas("cell area", cell_areas)?;
-    check_finite("tone", tones.unwrap_or_default())?;
+    if let Some(Tones::Grey(tones)) = tones {
+        check_finite("tone", tones)?;
+    }
     let frame = Frame { width: width as f64, height: height as f64 };
     let part = count.div_ceil(PARTS_A_THREAD * rayon::current_num_threads()).max(LEAST_PART);
     let contours = trace(triangulation, labels, components, part)?;
@@ -208,11 +241,10 @@ pub fn outline(
         let crossing_edges: Vec<CrossingEdge> = edges.iter().map(|[black, white]| [site(*black), site(*white)]).collect();
         let dot = [(contour.left, contour.right), (contour.right, contour.left)].into_iter().find(|(own, _)| is_dot(*own, contour));
         let Some((own, around)) = dot else {
-            let tone = |tones: &[f32], node: u32| f64::from(tones[node as usize]);
             let mut along_band = false;
             let mut at = |nodes: [u32; 2]| {
-                let [black, white] = nodes;
-                let by_tone = tones.map_or(0.5, |tones| crossing(tone(tones, black), tone(tones, white)));
+                let of_nodes = nodes.map(|node| labels[node as usize]);
+                let by_tone = tones.map_or(0.5, |tones| tones.crossing(nodes, of_nodes));
                 let Some(bands) = bands else { return by_tone };
                 let (place, by_band) = bands.crossing(nodes, by_tone);
                 along_band |= by_band;

@@ -17,4 +17,4 @@ pub use field::{Field, MAX_SIDE};
 pub(crate) use field::{check_size, check_values};
 pub use photo::Photo;
 pub use tone::{Pixels, Samples, adjust, luma, luma_to_u8};
-pub(crate) use tone::{adjusted, colours_into, weigh_into};
+pub(crate) use tone::{adjusted, adjusted_channel, colours_into, weigh_into};

@@ -185,6 +185,20 @@ pub(crate) fn adjusted<'a>(luma: &'a Field, options: &Options) -> Result<Cow<'a,
     Ok(Cow::Owned(Field::of_valid(luma.width(), luma.height(), luma.values().par_iter().map(tone_of).collect())))
 }
 
+/// A channel of a photo of this luma, adjusted as its tone is but for `linear`: colours mix in linear light then. Automatic points are
+/// those of the luma.
+///
+/// # Errors
+/// As [`adjust`].
+pub(crate) fn adjusted_channel<'a>(channel: &'a Field, luma: &Field, options: &Options) -> Result<Cow<'a, Field>> {
+    let mut options = Options { linear: false, ..options.clone() };
+    if [options.black_point, options.white_point].contains(&Some(Point::Auto)) {
+        let [black, white] = points(luma, &options)?;
+        (options.black_point, options.white_point) = (Some(Point::At(black)), Some(Point::At(white)));
+    }
+    adjusted(channel, &options)
+}
+
 /// The share of pixels that an automatic point leaves beyond it: specks and glints must not decide.
 const BEYOND: f64 = 0.005;
 

@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::base::{Checked, Control, Pool, Result, Step};
+use crate::base::{Checked, Control, Palette, Pool, Result, Step};
 use crate::diffusion::{Diffusion, diffuse};
 use crate::drawing::{Drawing, Provenance, Stats, VERSION, assemble};
 use crate::graph::{Components, Edges, Graph, TonedCells, Triangulation, components, samples_per_pixel, toned_cells};
@@ -23,8 +23,9 @@ use crate::labels::{
     Labels, Refinement, STRUCTURED, Stippled, clean, drawn_tones, grounds, refine, split, stipple, structured_mean,
 };
 use crate::options::{Backdrop, Crossings, ErrorWeighting, Options, Stage};
-use crate::outlines::{Bands, Nodes, Shaping, outline};
+use crate::outlines::{Bands, Nodes, Parts, Shaping, Tones, outline};
 use crate::photo::{Field, Photo, adjusted, attended, backed, emphasize, emphasize_and_off, off_blurred};
+use crate::pipeline::inking::{labels_of_inks, palette_of};
 use crate::pipeline::memory::{Memory, Outlined, Slot, Tone};
 use crate::pipeline::needs::Needs;
 use crate::sites::{FirstGraph, keep, kept_sites, lattice_values, relax};
@@ -222,14 +223,23 @@ fn run(
         Ok(if let Some(mask) = photo.subject() { attended(mixed, mask, spacing, needs.backdrop) } else { mixed })
     })?;
     // Smooth parts are stippled by the tone as it is.
+    // Other inks than black and white are made of its colour.
+    let coloured = needs.at(Stage::Labels).wants_colour().then(|| photo.clone());
     drop((importance, photo));
     let plain = Plain { tone, luma };
     let first = first_graph_of(&field, needs.at(Stage::FirstGraph), &mut stages, &mut memory.first_graph)?;
     (stages.stats.lattice_nodes, stages.stats.importance_factor) = (first.labels.len(), first.factor);
     let (triangulation, cells) = second_graph_of(first, emphasized, plain, needs, &mut stages, memory)?;
     let labels = stages.run_unless_kept(Step::Diffusion, &mut memory.labels, needs.at(Stage::Labels), |needs| {
+        if let Some(photo) = &coloured {
+            let palette = palette_of(photo, needs)?;
+            if !palette.is_black_and_white() {
+                return labels_of_inks(photo, palette, &triangulation, &cells, needs, control);
+            }
+        }
         labels_of(&triangulation, &cells, (width, height), mean, needs, control)
     })?;
+    drop(coloured);
     let connected = |_: &Options| Ok(components(&triangulation.graph, &labels.labels));
     let components = stages.run_unless_kept(Step::Outlines, &mut memory.components, needs.at(Stage::Labels), connected)?;
     let outlined = stages.run_unless_kept(Step::Outlines, &mut memory.outlines, needs.at(Stage::Outlines), |needs| {
@@ -274,9 +284,12 @@ impl Labelled<'_> {
         };
         // From here on all is on the canvas.
         let (places, areas) = (enlarged(places, factor), enlarged_areas(areas, factor));
-        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones: followed, bands };
+        let mixed = labels.inks.as_ref().filter(|_| followed.is_some()).map(|inks| &inks.mixtures[..]);
+        let tones = mixed.map(Tones::Mixed).or(followed.map(Tones::Grey));
+        let nodes = Nodes { labels: &labels.labels, places: &places, areas: &areas, tones, bands };
+        let palette = labels.inks.as_ref().map_or_else(Palette::default, |inks| inks.palette.clone());
         let outlines = outline(triangulation, nodes, components, canvas, Shaping::of(needs), control)?;
-        let drawing = Arc::new(Drawing { provenance, ..assemble(outlines.parts)? });
+        let drawing = Arc::new(Drawing { provenance, ..assemble(Parts { palette, ..outlines.parts })? });
         let (anchors, coordinates) = drawing.count_written();
         Ok(Outlined { drawing, vertices: outlines.vertices, anchors, coordinates })
     }
@@ -334,7 +347,7 @@ fn blank(drawing: &Drawing, [low, high]: [f32; 2]) -> Option<String> {
     let way_out =
         if high - low < WIDE { "set white point and black point to auto to stretch them" } else { "draw it with more nodes" };
     (high - low > FLAT).then(|| {
-        let ink = only.ink.name();
+        let ink = drawing.palette.name(only.ink);
         format!("the whole drawing is {ink}, as the photo's tones lie between {low:.2} and {high:.2}: {way_out}")
     })
 }
@@ -355,7 +368,7 @@ fn labels_of(
         let mut labels = diffuse(graph, means, weighting, &diffusion, control)?;
         let shift = refine(graph, means, areas, None, &mut labels, &Refinement::of(needs, Some(mean)), control)?;
         split(graph, means, &mut labels, needs.split)?;
-        return Ok(Labels { labels, shift, marks: None });
+        return Ok(Labels { labels, shift, marks: None, inks: None });
     }
     let grounds = grounds(graph, plain, needs.stippling)?;
     let tones = drawn_tones(&grounds, means);
@@ -366,7 +379,7 @@ fn labels_of(
     split(graph, &tones, &mut labels, needs.split)?;
     clean(graph, plain, &mut labels)?;
     let Stippled { labels, marks } = stipple(triangulation, &grounds, plain, areas, &labels, size, control)?;
-    Ok(Labels { labels, shift, marks: Some(marks) })
+    Ok(Labels { labels, shift, marks: Some(marks), inks: None })
 }
 
 /// The first graph of an importance on the photo's raster.

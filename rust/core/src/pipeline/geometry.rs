@@ -7,7 +7,7 @@ use crate::base::{Control, Result, signed_area};
 use crate::drawing::{Drawing, RingPart};
 use crate::files::{Export, Format, Style, load};
 use crate::importance::Importance;
-use crate::options::{Inks, Options, Published};
+use crate::options::{Only, Options, Published};
 use crate::outlines::Stipple;
 use crate::photo::{Field, Photo};
 use crate::pipeline::Outcome;
@@ -180,11 +180,12 @@ proptest! {
         check_distance(&simple, &full, tolerance);
 
         prop_assert_eq!(&read(written(&drawing, "json", Export::default()), "json").unwrap(), &*drawing);
-        for (style, inks) in [
-            (Style::Flat, Inks::Black), (Style::Flat, Inks::White), (Style::Flat, Inks::Both), (Style::Layered, Inks::Black),
+        for (style, only) in [
+            (Style::Flat, Only::default()), (Style::Flat, Only::named(&["white"])),
+            (Style::Flat, Only::named(&["black", "white"])), (Style::Layered, Only::default()),
         ] {
-            let file = written(&drawing, "svg", Export { style, inks, ..Export::default() });
-            prop_assert_eq!(&read(file, "svg").unwrap(), &*drawing, "{:?} {:?}", style, inks);
+            let file = written(&drawing, "svg", Export { style, only: only.clone(), ..Export::default() });
+            prop_assert_eq!(&read(file, "svg").unwrap(), &*drawing, "{:?} {}", style, only);
         }
 
         let (larger, changes) = drawing.with_least_radius(0.7).unwrap();

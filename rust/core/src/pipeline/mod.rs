@@ -4,6 +4,7 @@
 mod draw;
 #[cfg(test)]
 mod geometry;
+mod inking;
 mod memory;
 mod needs;
 mod search;

@@ -1,12 +1,13 @@
 //! From a drawing to its plot: areas filled, dots pressed, and all of it in order.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::base::{Checked, Control, Error, Ink, Pool, Result};
 use crate::drawing::Drawing;
 use crate::files::{Export, Length};
 use crate::offset::{Polygon, area};
-use crate::options::Inks;
 use crate::plot::contour::{Filled, Spacing, contours, outlined};
 use crate::plot::dots::dot;
 use crate::plot::hatch::hatched;
@@ -40,14 +41,15 @@ pub fn plot(drawing: &Drawing, pen: &Checked<Pen>, export: &Checked<Export>, con
         return Err(Error::option("pen", pen.pen, allowed));
     }
     let spacing = Spacing { pen: width, apart: width * (1.0 - pen.overlap), inset: 0.5 * width - pen.bleed.mm() };
-    let inks: &[Ink] = match export.inks {
-        Inks::Black => &[Ink::BLACK],
-        Inks::White => &[Ink::WHITE],
-        Inks::Both => &[Ink::BLACK, Ink::WHITE],
-    };
+    export.check_palette(&drawing.palette)?;
+    // Of black and white both inks are in the drawing itself; of others every ink is the black of its plate.
+    let is_plain = drawing.palette.is_black_and_white();
+    let inks = export.only.of(&drawing.palette)?;
     let (mut layers, mut thin, mut small_dots) = (Vec::new(), 0, 0);
     let mut from = [0.0; 2];
-    for &ink in inks {
+    for number in inks {
+        let plate = if is_plain { Cow::Borrowed(drawing) } else { Cow::Owned(drawing.plate(number)?) };
+        let (drawing, ink) = (&*plate, if is_plain { Ink::of_label(number as u8) } else { Ink::BLACK });
         let areas = if pen.fill == Fill::None { Vec::new() } else { areas(drawing, ink, scale) };
         let filled = fill(&areas, pen, spacing, control)?;
         thin += filled.thin;
@@ -61,7 +63,8 @@ pub fn plot(drawing: &Drawing, pen: &Checked<Pen>, export: &Checked<Export>, con
             paths = ordered(paths, from, control)?;
         }
         from = paths.last().and_then(Path::end).unwrap_or(from);
-        layers.push(PlotLayer { ink, paths });
+        let (name, rgb) = (drawing.palette.name(ink), drawing.palette.rgb(ink));
+        layers.push(PlotLayer { ink: Ink::of_label(number as u8), name, rgb, paths });
     }
     Ok(Plot {
         page: placement.page.map(|side| side * MM_PER_POINT),

@@ -34,7 +34,7 @@ impl Plot {
         let (mut way, mut is_first) = (Vec::new(), true);
         for (number, layer) in self.layers.iter().enumerate() {
             for (filling, paths) in self.fillings(layer).into_iter().enumerate() {
-                let pen = format!("pen {} {}", number + 1, layer.ink.name());
+                let pen = format!("pen {} {}", number + 1, layer.name);
                 if filling > 0 {
                     machine.can_pause("until its pen is filled again")?;
                     writer.comment(&format!("fill {pen} again"));

@@ -9,6 +9,7 @@ use std::fmt::Write;
 use crate::base::Result;
 use crate::plot::commands::push_commands;
 use crate::plot::machine::{Machine, MachineFormat};
+use crate::plot::path::PlotLayer;
 use crate::plot::plot::Plot;
 
 /// Points of one instruction: at most half a kilobyte, as much as the buffer of an old plotter holds half of.
@@ -37,7 +38,7 @@ impl Plot {
                     machine.can_pause("until its pen is filled again")?;
                     push_commands(&mut out, machine, &machine.pause, 0.0, "\n");
                 }
-                push(&mut out, format_args!("SP{};\n", machine.pens[layer.ink.index()]));
+                push(&mut out, format_args!("SP{};\n", pen_of(machine, layer)));
                 for path in &layer.paths[paths] {
                     placed.along(path, &mut way);
                     push_path(&mut out, &way);
@@ -71,6 +72,12 @@ fn push_path(out: &mut String, way: &[[i64; 2]]) {
 
 fn push(out: &mut String, text: std::fmt::Arguments) {
     out.write_fmt(text).expect("text can always be appended to");
+}
+
+/// The pen of a layer in the carousel: the machine's for black and for white, and for more inks their numbers from 1 on.
+fn pen_of(machine: &Machine, layer: &PlotLayer) -> u32 {
+    let number = usize::from(layer.ink.label());
+    machine.pens.get(number).copied().unwrap_or(number as u32 + 1)
 }
 
 #[cfg(test)]

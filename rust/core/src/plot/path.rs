@@ -34,8 +34,12 @@ pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// What one pen draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotLayer {
-    /// The ink of the pen.
+    /// The ink of the pen; of other inks than black and white the ink's number.
     pub ink: Ink,
+    /// What it is called.
+    pub name: String,
+    /// Its colour, sRGB.
+    pub rgb: [u8; 3],
     /// Its paths, in the order in which they are drawn.
     pub paths: Vec<Path>,
 }

@@ -2,7 +2,7 @@
 
 use tiny_skia::{FillRule, LineCap, LineJoin, Mask, PathBuilder, Stroke, Transform};
 
-use crate::base::{Error, Ink, Pool, Result, circle_polygon};
+use crate::base::{Error, Pool, Result, circle_polygon};
 use crate::files::raster::{Raster, size};
 use crate::plot::path::Path;
 use crate::plot::plot::Plot;
@@ -16,6 +16,8 @@ const BATCH: usize = 256;
 /// A path of lines of more points is stroked in pieces that begin where the last one ended.
 const PIECE: usize = 4096;
 
+const WHITE: [u8; 3] = [255; 3];
+
 /// Paints what the pens draw, `width` pixels wide; `None` is a pixel for one of the canvas. The paper is white, or black under white ink
 /// alone.
 ///
@@ -24,17 +26,20 @@ const PIECE: usize = 4096;
 pub fn picture(plot: &Plot, width: Option<usize>) -> Result<Raster> {
     let (width, height) = size(plot.canvas[0], plot.canvas[1], width)?;
     let scale = [width as f64 / plot.size[0], height as f64 / plot.size[1]];
-    let paper = if plot.layers.iter().all(|layer| layer.ink == Ink::WHITE) { 0 } else { 255 };
-    let mut values = vec![paper; width * height];
+    let paper = if plot.layers.iter().all(|layer| layer.rgb == WHITE) { 0 } else { 255 };
+    let is_grey = plot.layers.iter().all(|layer| layer.rgb == [layer.rgb[0]; 3]);
+    let channels = if is_grey { 1 } else { 3 };
+    let mut values = vec![paper; width * height * channels];
     for layer in &plot.layers {
         let mask = Pool::new(None).run(|| painted(&layer.paths, plot.pen, scale, width, height))?;
-        for (value, drawn) in values.iter_mut().zip(mask.data()) {
-            let (grey, drawn) = (u32::from(*value), u32::from(*drawn));
-            let ink = if layer.ink == Ink::WHITE { 255 } else { 0 };
-            *value = ((grey * (255 - drawn) + ink * drawn + 127) / 255) as u8;
+        for (pixel, drawn) in values.chunks_exact_mut(channels).zip(mask.data()) {
+            for (value, ink) in pixel.iter_mut().zip(layer.rgb) {
+                let (before, drawn, ink) = (u32::from(*value), u32::from(*drawn), u32::from(ink));
+                *value = ((before * (255 - drawn) + ink * drawn + 127) / 255) as u8;
+            }
         }
     }
-    Ok(Raster { width, height, values })
+    Ok(Raster { width, height, channels, values })
 }
 
 /// What is drawn, as coverage.
@@ -109,7 +114,7 @@ mod tests {
         plot.layers[0].paths = vec![line(&[[50.0, 50.0]])];
         let drawn = ink(&picture(&plot, None).unwrap());
         assert!((drawn - 4.0 * std::f64::consts::PI).abs() < 0.6, "{drawn}");
-        plot.layers[0].ink = Ink::WHITE;
+        plot.layers[0].rgb = WHITE;
         assert!((400.0 * 300.0 - ink(&picture(&plot, None).unwrap()) - drawn).abs() < 0.2);
         assert!(picture(&plot, Some(0)).is_err());
     }

@@ -115,7 +115,7 @@ pub(super) mod samples {
             canvas: [800, 600],
             size: [200.0, 150.0],
             pen: 0.3,
-            layers: vec![PlotLayer { ink: Ink::BLACK, paths }],
+            layers: vec![PlotLayer { ink: Ink::BLACK, name: "black".to_owned(), rgb: [0; 3], paths }],
             thin: 0,
             small_dots: 0,
             refill: None,
@@ -133,7 +133,7 @@ pub(super) mod samples {
     pub(in crate::plot) fn small() -> Plot {
         let square = Path { points: vec![[20.0, 20.0], [30.0, 20.0], [30.0, 30.0], [20.0, 30.0]], is_closed: true };
         let mut plot = plot(vec![line(&[[10.0, 10.0], [13.0, 14.0]]), square, line(&[[50.0, 60.5]])]);
-        plot.layers.push(PlotLayer { ink: Ink::WHITE, paths: vec![line(&[[1.25, 2.5]])] });
+        plot.layers.push(PlotLayer { ink: Ink::WHITE, name: "white".to_owned(), rgb: [255; 3], paths: vec![line(&[[1.25, 2.5]])] });
         plot
     }
 }

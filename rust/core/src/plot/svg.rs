@@ -7,7 +7,7 @@
 //!
 //! The sheet's colour, where it is not white, is a matter of how the page is shown, and no rectangle: a machine would draw that.
 
-use crate::base::{Error, Ink, Result};
+use crate::base::{Error, Result};
 use crate::files::{INKSCAPE, NAMESPACE, escape, hexadecimal};
 use crate::plot::digits::{millimetres, push_steps};
 use crate::plot::machine::{Machine, MachineFormat};
@@ -59,7 +59,7 @@ impl Plot {
         ));
         let pause = machine.map_or("", |machine| machine.pause.trim());
         for (number, layer) in self.layers.iter().enumerate() {
-            let (number, ink) = (number + 1, layer.ink);
+            let number = number + 1;
             let mut fillings = self.fillings(layer);
             if fillings.is_empty() {
                 // The pen has a layer all the same.
@@ -71,12 +71,12 @@ impl Plot {
                     0 => (format!("pen-{number}"), String::new()),
                     _ => (format!("pen-{number}-{}", filling + 1), format!(", filling {}", filling + 1)),
                 };
-                let label = escape(&format!("{}{number} {}{again}", if is_first { "" } else { pause }, ink.name()));
+                let label = escape(&format!("{}{number} {}{again}", if is_first { "" } else { pause }, layer.name));
                 out.push_str(&format!(
                     "<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{}\" fill=\"none\" stroke=\"{}\" \
                      stroke-width=\"{pen}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
                     label.replace('"', "&quot;"),
-                    hexadecimal(colour_of(ink))
+                    hexadecimal(layer.rgb)
                 ));
                 for path in &layer.paths[paths] {
                     self.push_path(&mut out, path);
@@ -90,7 +90,7 @@ impl Plot {
 
     /// The sheet's colour: white ink alone is for black paper.
     fn paper_colour(&self) -> [u8; 3] {
-        let is_white_alone = !self.layers.is_empty() && self.layers.iter().all(|layer| layer.ink == Ink::WHITE);
+        let is_white_alone = !self.layers.is_empty() && self.layers.iter().all(|layer| layer.rgb == [255; 3]);
         self.paper.as_ref().map_or(if is_white_alone { [0; 3] } else { [255; 3] }, |paper| paper.rgb())
     }
 
@@ -117,13 +117,6 @@ impl Plot {
             data.out.push('z');
         }
         data.out.push_str("\"/>\n");
-    }
-}
-
-fn colour_of(ink: Ink) -> [u8; 3] {
-    match ink {
-        Ink::BLACK => [0; 3],
-        _ => [255; 3],
     }
 }
 

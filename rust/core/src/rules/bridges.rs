@@ -148,7 +148,7 @@ fn bridge_here(outcome: &Outcome, bridging: &Bridging, options: &Options, contro
     let drawn = |knot: f64| -> Result<(Outcome, f64)> {
         let (areas, depths, is_added) = given.marks(&sheet, &before, &banded, &runs, knot);
         let marks = Marks { places: sheet.places.clone(), areas };
-        let labels = Labels { labels: sheet.labels.clone(), shift: outcome.labels.shift, marks: Some(marks) };
+        let labels = Labels { labels: sheet.labels.clone(), shift: outcome.labels.shift, marks: Some(marks), inks: None };
         let bands = Bands { depths: &depths, is_added: &is_added };
         let relabelled = Relabelled { triangulation, labels, bands: Some(bands), provenance: provenance.clone() };
         let made = redrawn(outcome, relabelled, control)?;

@@ -18,7 +18,7 @@ use crate::rules::islands::inside;
 use crate::rules::near::{Near, Pairs};
 use crate::rules::report::{Report, Shape, Violation, ViolationKind};
 use crate::rules::rules::{Islands, Rules};
-use crate::rules::shapes::{Shapes, tolerance_for};
+use crate::rules::shapes::{Shapes, refuse_inks, tolerance_for};
 use crate::rules::thin::{Thin, thin};
 
 /// What is allowed to be narrower than a limit, in mm, and as a share of it.
@@ -47,6 +47,7 @@ pub(super) fn tolerance_of(rules: &Rules) -> f64 {
 /// # Runtime
 /// n log n in the number of points; a drawing of 400,000 vertices takes a few times as long as drawing it.
 pub fn check(drawing: &Drawing, rules: &Checked<Rules>, scale: f64, control: &Control) -> Result<Report> {
+    refuse_inks(drawing)?;
     Pool::new(None).run(|| {
         let shapes = Shapes::new(drawing, scale, tolerance_of(rules));
         let (of_black, of_white) = rayon::join(|| too_thin(&shapes, rules, Ink::BLACK), || too_thin(&shapes, rules, Ink::WHITE));

@@ -29,7 +29,7 @@ use crate::rules::check::{ALLOWANCE_OF_AREA, allowance, tolerance_of};
 use crate::rules::dots::{Change, Placing, black_of, changes_of, middle};
 use crate::rules::fits::Disc;
 use crate::rules::rules::{Islands, Rules};
-use crate::rules::shapes::Shapes;
+use crate::rules::shapes::{Shapes, refuse_inks};
 use crate::rules::straight::straight;
 use crate::rules::thin::{Opened, has_thin, with_rim};
 
@@ -99,8 +99,9 @@ pub fn enforce(
     scale: f64,
     control: &Control,
 ) -> Result<(Drawing, Changes)> {
+    refuse_inks(drawing)?;
     Pool::new(None).run(|| {
-        let given = Given { drawing, outcome, rules };
+        let given = Given { drawing, outcome: outcome.filter(|outcome| outcome.labels.inks.is_none()), rules };
         let (made, changes) = given.enforced(scale, control)?;
         if is_blank(&made) && !is_blank(drawing) {
             return Err(Error::Input(given.nothing_left(scale, control)?));

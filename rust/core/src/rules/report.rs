@@ -11,7 +11,7 @@ use crate::base::{Error, Result};
 use crate::drawing::{Drawing, VERSION};
 use crate::files::{Outline, Style};
 use crate::offset::Polygon;
-use crate::options::{Inks, words};
+use crate::options::{Only, words};
 use crate::rules::changes::Changes;
 use crate::rules::rules::Rules;
 
@@ -237,7 +237,7 @@ impl Report {
         };
         let scale = format!("transform=\"scale({})\"", self.scale);
         group(&mut svg, "drawing", "Drawing", &format!("fill=\"#c4c4c4\" {scale}"));
-        for layer in drawing.layers(Style::Flat, Inks::Black, None).layers {
+        for layer in drawing.layers(Style::Flat, &Only::default(), None)?.layers {
             for area in &layer.areas {
                 match &area.exterior {
                     Outline::Circle { x, y, radius } => {

@@ -12,7 +12,8 @@ use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
 use rayon::prelude::*;
 
 use crate::base::{
-    Frame, Ink, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed, signed_area, snap,
+    Error, Frame, Ink, Result, bend_of_cubic, bend_of_quad, distance_to_segment, flatten_path, flattening_steps, is_closed,
+    signed_area, snap,
 };
 use crate::drawing::{Drawing, Loose, Ring, RingPart};
 use crate::offset::{Polygon, keep};
@@ -123,6 +124,15 @@ impl<'a> Shapes<'a> {
         let ground = if crate::offset::area(areas) > 0.5 * canvas { Ink::BLACK } else { Ink::WHITE };
         let (palette, curves) = (self.drawing.palette.clone(), curves.into_iter().flatten().collect());
         Loose { width, height, units, palette, curves, sides: Vec::new(), stipples: Vec::new(), ground }
+    }
+}
+
+/// # Errors
+/// [`Error::Input`] for a drawing of more inks than one: rules are for its plates.
+pub(super) fn refuse_inks(drawing: &Drawing) -> Result<()> {
+    match drawing.palette.inks().len() {
+        0 | 1 => Ok(()),
+        count => Err(Error::Input(format!("the drawing has {count} inks, but rules are for one: take its plates one by one"))),
     }
 }
 

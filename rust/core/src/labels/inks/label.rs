@@ -47,11 +47,11 @@ pub fn label_inks(
     refine_inks(graph, [&mixtures, plain], areas, &grounds, &mut labels, &Refinement::of(options, Some(0.5)), control)?;
     split_inks(graph, &mixtures, &mut labels, options.split)?;
     if options.stippling == 0.0 {
-        return Ok(Labels { labels, shift: 0.0, marks: None });
+        return Ok(Labels { labels, shift: 0.0, marks: None, inks: None });
     }
     clean_inks(graph, plain, &mut labels)?;
     let Stippled { labels, marks } = stipple_inks(triangulation, &grounds, plain, areas, &labels, size, control)?;
-    Ok(Labels { labels, shift: 0.0, marks: Some(marks) })
+    Ok(Labels { labels, shift: 0.0, marks: Some(marks), inks: None })
 }
 
 #[cfg(test)]
