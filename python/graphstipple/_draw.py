@@ -51,7 +51,7 @@ def draw(
     max_pixels: int = MAX_PIXELS,
     allow_damaged: bool = False,
 ) -> Drawing:
-    """Draw a photo in black and white.
+    """Draw a photo, in black and white or in inks of which the options tell.
 
     The interpreter lock is released during the work, and Ctrl-C stops it at once.
 
@@ -139,7 +139,8 @@ class Session:
 
     The image and the importance are read here, and once: a saliency or a callable is not evaluated again. Only a drawing with
     another `background` than the last one reads them again, since transparent parts then look different; and, where a photo or a
-    map has more than a megapixel, one whose number of nodes asks for another reduction.
+    map has more than a megapixel, one whose number of nodes asks for another reduction. The photo's colours are read with the
+    first drawing of other inks than black.
 
     So is the subject; the `backdrop` that a drawing has is one of its options.
 
@@ -148,7 +149,7 @@ class Session:
 
     A session can be pickled, for process pools and Dask, and copied: it then has its photo, 4 bytes a pixel as reduced, and its
     importance, and begins without what was kept. An image that may have to be read again (a file, a PIL image, an array with
-    transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
+    colours or transparency or of more than a megapixel) goes with it as it was given; a callable does not, for its map is there.
 
     Parameters
     ----------
@@ -232,7 +233,7 @@ class Session:
         max_points: int | None = None,
         written: Mapping[str, Any] | None = None,
     ) -> Drawing:
-        """Draw the photo in black and white, as `draw` does, from where the options begin to differ from the last ones.
+        """Draw the photo, as `draw` does, from where the options begin to differ from the last ones.
 
         The interpreter lock is released during the work, and Ctrl-C stops it at once. A drawing that fails or is stopped leaves the
         session as good as it was.
@@ -288,7 +289,7 @@ class Session:
             is_called = callable(self._importance)
             is_settled = isinstance(packed[1], str) or is_called or _is_opaque(self._importance)
             of_mask = self._subject is None or callable(self._subject) or self._finds_subject or _is_opaque(self._subject)
-            if not (core.is_never_reduced and _is_opaque(self._image) and is_settled and of_mask):
+            if not (core.is_never_reduced and _is_opaque_grey(self._image) and is_settled and of_mask):
                 subject = _no_subject_packed if callable(self._subject) else self._subject
                 given = (self._image, _not_packed if is_called else self._importance, subject)
         return _unpacked, (packed, heard, given, self._limits)
@@ -349,16 +350,26 @@ class Session:
     def _fitting(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         """Return the state that these options can be drawn from, read again if they ask for it."""
         state = self._state
-        if self._may_change and not state.session.fits(options):
-            state = self._begin(options, seconds, report)
-            # In one step: threads with different backgrounds each have their own, and the last one's stays.
-            self._state = state
+        fits = state.session.fits(options)
+        if not self._may_change or (fits and state.session.has_colour_for(options)):
+            return state
+        state = self._with_colour(state, options, seconds, report) if fits else self._begin(options, seconds, report)
+        # In one step: threads with different backgrounds each have their own, and the last one's stays.
+        self._state = state
         return state
 
     def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         reading = reading_of(options, *self._limits)
-        photo, heard = _read_photo(self._image, self._subject, reading, seconds, report, colour=False)
+        colour = options.wants_colour()
+        photo, heard = _read_photo(self._image, self._subject, reading, seconds, report, colour=colour)
         return _state(photo, heard, self._importance, reading, seconds)
+
+    def _with_colour(self, state: _State, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
+        """Return the state with the photo's colour; subject and importance are as they were made."""
+        reading = reading_of(options, *self._limits)
+        read, _ = _read_photo(self._image, None, reading, seconds, report, colour=True)
+        photo, importance, _ = state.session.packed()
+        return _State(_core.Session(photo.with_colour_of(read), importance, reading), state.heard)
 
 
 def _unpacked(
@@ -386,6 +397,11 @@ def _no_subject_packed(rgb: npt.NDArray[np.uint8]) -> None:
 _LEFT_BEHIND = (
     "these options ask for the {} to be made again by a callable, which was not pickled with the session: begin a new session"
 )
+
+
+def _is_opaque_grey(given: object) -> bool:
+    """Whether it is known moreover to have no colour that a luma lacks."""
+    return _is_opaque(given) and isinstance(given, np.ndarray) and given.ndim == 2
 
 
 def _is_opaque(given: object) -> bool:

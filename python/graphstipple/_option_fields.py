@@ -166,18 +166,18 @@ class OptionFields:
     background : str
         What shows through transparent parts. Those of the photo, and of a map of one's own. White, black, #rrggbb, #rgb.
     inks : str, optional
-        Inks of the drawing, as colours with commas between them. A name may stand before a colour, as in "pink=#ff48b0"; up
-        to 15. White, black, #rrggbb, #rgb. None: black.
+        Inks of the drawing, up to 15, with commas between them. Each is a colour, with a name before it if it has one, as
+        in "#1d1d1b,pink=#ff48b0". White, black, #rrggbb, #rgb. None: black.
     levels : int, optional
-        Greys evenly apart, black and the paper among them: another way to say inks. 2 to 16 greys. None: see inks.
+        Greys evenly apart, with black and white. Another way to say inks. 2 to 16 greys. None: see inks.
     extract_inks : int, optional
-        Takes so many inks from the photo: another way to say inks. 1 to 15 inks. None: see inks.
+        Takes so many inks from the photo. Another way to say inks. 1 to 15 inks. None: see inks.
     overprint : bool
         Lays inks over each other, up to six. What the light of each is to that of the paper is multiplied; without it every
         place has one ink or none. True, False.
     paper : str, optional
         Colour of the paper, of the whole page. Inks mix with it, and white marks that are paper have it too. White, black,
-        #rrggbb, #rgb. None: white, and what is not drawn is transparent.
+        #rrggbb, #rgb. None: white.
     threads : int, optional
         Worker threads; the drawing does not depend on them. 1 to 1,024. None: one a core.
     published : Published

@@ -29,8 +29,6 @@ Style: TypeAlias = Literal["flat", "layered"]
 Curves: TypeAlias = Literal["polylines", "splines"]
 """How a vector file expresses the picture."""
 
-"""What a flat vector file is written with."""
-
 Elements: TypeAlias = Literal["layers", "marks"]
 """What the elements of an SVG are."""
 
@@ -57,7 +55,7 @@ class Graph(NamedTuple):
     tone: npt.NDArray[np.float32]
     """Tone of every node, (n,) in [0, 1]."""
     labels: npt.NDArray[np.uint8]
-    """Label of every node, (n,): 0 black, 1 white."""
+    """Label of every node, (n,): 0 black, 1 white; of other inks as `Region.ink`."""
     components: npt.NDArray[np.uint32]
     """Component of every node, (n,)."""
 
@@ -75,7 +73,8 @@ class Region:
     area : float
         Area in px^2, without the holes.
     ink : int
-        0 black, 1 white.
+        Its label: 0 black, 1 white. Of other inks their number in `Drawing.inks`, the paper comes last; with `overprint` the
+        number that the missing inks make, where ink k counts 2^k.
     """
 
     exterior: npt.NDArray[np.float64]
@@ -460,7 +459,7 @@ class Drawing:
 
     @cached_property
     def stipples(self) -> npt.NDArray[np.void]:
-        """The dots: a structured array (n,) with the fields x, y, radius (in pixels) and ink (0 black, 1 white)."""
+        """The dots: a structured array (n,) with the fields x, y, radius (in pixels) and ink, which is a label as of regions."""
         return stipple_array(*self._core.stipples())
 
     @property
@@ -492,17 +491,12 @@ class Drawing:
         InvalidInputError
             If there is no such ink.
         """
-        inks, _, overprint = self._core.palette
-        names = [*(name for name, _ in inks), self.paper_name]
-        if ink is not None and ink not in names:
-            allowed = ", ".join(f'"{name}"' for name in names[:-1]) + f' or "{names[-1]}"'
-            raise InvalidInputError(f"ink is {ink!r}, but it must be {allowed}")
-        number = 0 if ink is None else names.index(ink)
+        number = 0 if ink is None else self._number_of(ink)
         try:
             import shapely  # noqa: PLC0415  # only this method needs it
         except ImportError as error:
             raise MissingPackageError(f"to_shapely needs the package shapely ({error}): pip install shapely") from error
-        core, label = (self._core.plate(number), 0) if overprint else (self._core, number)
+        core, label = (self._core.plate(number), 0) if self.overprint else (self._core, number)
         points, ring_of_point, area_of_ring = core.polygons(label)
         rings = shapely.linearrings(points, indices=ring_of_point)
         return shapely.multipolygons(shapely.polygons(rings, indices=area_of_ring))
@@ -511,12 +505,18 @@ class Drawing:
     def inks(self) -> dict[str, str]:
         """The inks by name, with their colours as "#rrggbb": of black and white, black alone."""
         inks, _, _ = self._core.palette
-        return {name: "#{:02x}{:02x}{:02x}".format(*rgb) for name, rgb in inks}
+        return {name: _hex(rgb) for name, rgb in inks}
 
     @property
-    def paper_name(self) -> str:
-        """The name of what no ink covers: "white" in black and white, else "paper"."""
-        return "white" if self.inks == {"black": "#000000"} and self._core.palette[1] == [255] * 3 else "paper"
+    def paper(self) -> tuple[str, str]:
+        """What no ink covers: its name, "white" in black and white, else "paper"; and its colour as "#rrggbb"."""
+        _, (name, rgb), _ = self._core.palette
+        return name, _hex(rgb)
+
+    @property
+    def overprint(self) -> bool:
+        """Whether inks lie over each other."""
+        return self._core.palette[2]
 
     def plate(self, ink: str) -> Drawing:
         """Return what one ink covers, as a drawing of that ink alone: for cutters, rules, or a file for each ink.
@@ -531,11 +531,15 @@ class Drawing:
         InvalidInputError
             If there is no such ink.
         """
-        names = [*self.inks, self.paper_name]
+        return Drawing(self._core.plate(self._number_of(ink)), self._options, self._seconds, self._decoder)
+
+    def _number_of(self, ink: str) -> int:
+        """Return the number of an ink, or the one behind the last for the paper."""
+        names = [*self.inks, self.paper[0]]
         if ink not in names:
             allowed = ", ".join(f'"{name}"' for name in names[:-1]) + f' or "{names[-1]}"'
             raise InvalidInputError(f"ink is {ink!r}, but it must be {allowed}")
-        return Drawing(self._core.plate(names.index(ink)), self._options, self._seconds, self._decoder)
+        return names.index(ink)
 
     @cached_property
     def stats(self) -> dict[str, Any]:
@@ -665,6 +669,11 @@ def plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 def _plain(**settings: Any) -> dict[str, Any]:
     """Return settings of how a file is written likewise."""
     return plain_settings(settings)
+
+
+def _hex(rgb: Sequence[int]) -> str:
+    """Return a colour as it is written."""
+    return f"#{bytes(rgb).hex()}"
 
 
 def _names(only: str | Sequence[str] | None) -> str | None:

@@ -30,7 +30,7 @@ from graphstipple._flags import flat
 from graphstipple._memory import in_words
 from graphstipple.drawing import Drawing
 from graphstipple.options import Options
-from graphstipple.studio.look import PAINTED, SETTINGS, Look
+from graphstipple.studio.look import PAINTED, PAPER, SETTINGS, Look
 
 Send: TypeAlias = "Callable[[dict[str, Any], bytes | None], object]"
 """Takes a message to the page, and its bytes; called from any thread."""
@@ -595,7 +595,9 @@ def _declared() -> dict[str, Any]:
             "words": it.words or None,
             "everyday": it.everyday,
         }
+        # Its option stands for it.
         for it in SETTINGS.values()
+        if it.name != PAPER
     ]
     schema = _core.options_schema()
     # A page has no subject that anything could step back from.

@@ -30,6 +30,9 @@ LONGEST_TEXT = 200
 SUBCOMMANDS = ("batch", "studio")
 """First arguments that are no photo's path."""
 
+PAPER, NO_PAPER = "paper", "none"
+"""The setting and the option of the paper's colour, and the setting where it has none."""
+
 _BARE = re.compile(r"\s*\d*\.?\d*\s*([xX]\s*\d*\.?\d*\s*)?")
 """A length, or a size, without a unit."""
 
@@ -100,7 +103,10 @@ class Look:
         if suffix not in FORMATS:
             raise InvalidInputError(f"suffix is {suffix!r}, but it must be one of {', '.join(FORMATS)}")
         values = flat(_core.preset(preset).values())
-        given = _table(said, "options")
+        settings = _settings(_table(said, "settings"), suffix)
+        # As on the command line, the paper of the inks and that of the file are one.
+        of_file = settings.get(PAPER, NO_PAPER)
+        given = ({PAPER: of_file} if of_file != NO_PAPER else {}) | _table(said, "options")
         # By the declarations' own order, and as Rust has them, so that the same options are the same look.
         checked = _core.Options(values | given)
         ours = flat(checked.values())
@@ -108,7 +114,8 @@ class Look:
         min_dot = said.get("min_dot")
         if min_dot is not None and not _is_text(min_dot):
             raise InvalidInputError(f"min_dot is {_told(min_dot)}, but it must be a length such as 0.3mm")
-        settings = _settings(_table(said, "settings"), suffix)
+        if suffix in SETTINGS[PAPER].formats and ours[PAPER] is not None:
+            settings[PAPER] = ours[PAPER]
         if suffix not in _WITH_PIXELS:
             _check_unit("min_dot", min_dot)
         only = {name: only for name, _, only in _core.presets()}[preset]
@@ -137,7 +144,7 @@ class Look:
         words += of_options(self.changed)
         if self.importance != _SOURCES[0]:
             words += ["--importance", self._importance_named]
-        words += of_settings(self._written())
+        words += of_settings({name: value for name, value in self._written().items() if name not in self.changed})
         if self.min_dot is not None:
             words += ["--min-dot", self.min_dot]
         return " ".join(_shell_word(word) for word in words)

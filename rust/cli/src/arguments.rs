@@ -336,6 +336,7 @@ mod tests {
             Rule::Words(words) | Rule::WordsOrWithin(words, ..) => words.iter().map(|word| (*word).to_owned()).collect(),
             Rule::Color => vec!["#0aF01b".to_owned()],
             Rule::Switch => vec!["true".to_owned()],
+            Rule::Inks => vec!["#1d1d1b,pink=#ff48b0".to_owned()],
         };
         texts.into_iter().find(is_default).expect("there is another value")
     }
@@ -359,14 +360,19 @@ mod tests {
         for declaration in DECLARATIONS {
             let text = another(declaration);
             let flag = declaration.name.replace('_', "-");
+            let mut expected = Options::default();
             let arguments = match (declaration.group, declaration.rule) {
                 (Group::Method, _) => format!("--published {flag}={text}"),
+                // Inks are laid over each other if there are some.
+                _ if declaration.name == "overprint" => {
+                    expected.set("extract_inks", &Value::Whole(3)).unwrap();
+                    "--overprint --extract-inks 3".to_owned()
+                }
                 (_, Rule::Switch) => format!("--{flag}"),
                 // It is behind a subject alone.
                 _ if declaration.name == "backdrop" => format!("--{flag} {text} --subject mask.png"),
                 _ => format!("--{flag} {text}"),
             };
-            let mut expected = Options::default();
             expected.set(&declaration.full_name(), &declaration.parse(&text)).unwrap();
             assert_eq!(*job(&arguments).unwrap().options, expected, "{arguments}");
             assert_ne!(expected, Options::default(), "{arguments}");
@@ -521,7 +527,7 @@ mod tests {
             ("--importance constant:nan", "--importance is constant:nan, but it must be constant:V with V above 0 and at most 1"),
             (
                 "--inks red",
-                "--inks is \"red\", but it must be None or colours with commas between them, each white, black, #rrggbb or #rgb, or name=colour with a name of a-z, 0-9 and -",
+                "--inks is \"red\", but it must be colours with commas between them, each white, black, #rrggbb or #rgb, or name=colour with a name of a-z, 0-9 and -",
             ),
             (
                 "--width -5",

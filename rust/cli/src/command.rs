@@ -155,6 +155,7 @@ fn of_option(declaration: &'static Declaration, with_all: bool) -> Arg {
     let value_name = match (declaration.rule, declaration.unit) {
         (Rule::Switch, _) => return flag.action(ArgAction::SetTrue),
         (Rule::Color, _) => "COLOR",
+        (Rule::Inks, _) => "INK[,INK]",
         (Rule::Words(_) | Rule::WordsOrWithin(..), _) => "WORD",
         (_, "pixels") => "PX",
         _ => "N",
@@ -182,6 +183,7 @@ fn help_of(declaration: &Declaration, with_all: bool) -> String {
         Rule::Whole(least, most) if most >= 1 << 30 => format!("at least {least}"),
         Rule::Whole(least, most) => format!("{least} to {most}"),
         Rule::WordsOrWithin(words, least, most) => format!("{}, {least} to {most}", words.join(", ")),
+        Rule::Inks => "#rrggbb, #rgb, white or black, after name= if it has one".to_owned(),
         rule => rule.allowed().replace('"', ""),
     };
     let or_word =

@@ -107,8 +107,8 @@ impl Drawing {
     }
 }
 
-/// Inks by name with their colours, the paper's colour, and whether inks lie over each other.
-type Palette = (Vec<(String, [u8; 3])>, [u8; 3], bool);
+/// Inks by name with their colours, the paper likewise, and whether inks lie over each other.
+type Palette = (Vec<(String, [u8; 3])>, (String, [u8; 3]), bool);
 
 /// Circles (n, 3) and inks (n,) of the dots.
 pub(crate) type StippleArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u8>>);
@@ -183,7 +183,8 @@ impl Drawing {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The drawing as grey values (height, width), or as colours (height, width, 3) if it has other inks than black, or of a part of it: left, top, right and bottom in pixels of the canvas.
+    /// The drawing as grey values (height, width), or as colours (height, width, 3) if it has other inks than black, or of a part of
+    /// it: left, top, right and bottom in pixels of the canvas.
     #[pyo3(signature = (width=None, part=None))]
     fn rasterize<'py>(&self, py: Python<'py>, width: Option<usize>, part: Option<[f64; 4]>) -> PyResult<Bound<'py, PyAny>> {
         let drawing = Arc::clone(&self.drawing);
@@ -202,11 +203,12 @@ impl Drawing {
         Ok(PyArrayMethods::reshape(&rows, [raster.height, raster.width, raster.channels])?.into_any())
     }
 
-    /// The inks as (name, (red, green, blue)), the paper's colour and whether inks lie over each other.
+    /// The inks as (name, (red, green, blue)), the paper likewise, and whether inks lie over each other.
     #[getter]
     fn palette(&self) -> Palette {
         let palette = &self.drawing.palette;
-        (palette.inks().iter().map(|ink| (ink.name.clone(), ink.rgb)).collect(), palette.paper(), palette.overprint())
+        let paper = (palette.paper_name().to_owned(), palette.paper());
+        (palette.inks().iter().map(|ink| (ink.name.clone(), ink.rgb)).collect(), paper, palette.overprint())
     }
 
     /// The plate of an ink, by its number.

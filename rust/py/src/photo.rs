@@ -59,6 +59,13 @@ impl Photo {
         Ok(Self { photo })
     }
 
+    /// The photo with the colour of another reading of it.
+    fn with_colour_of(&self, other: &Self) -> PyResult<Self> {
+        let colour = other.photo.colour().cloned();
+        let photo = self.photo.clone();
+        Ok(Self { photo: colour.map_or(Ok(photo.clone()), |colour| photo.with_colour(colour)).map_err(errors::from_core)? })
+    }
+
     /// Where the subject is, (height, width) of the luma in [0, 1]; `None` if none is known.
     #[getter]
     fn subject<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {

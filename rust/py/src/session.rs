@@ -80,6 +80,11 @@ impl Session {
         self.background == options.checked.background.rgb() && self.read.iter().all(|photo| photo.fits(&options.checked))
     }
 
+    /// Whether the photo has the colour that drawings with these options are made of.
+    fn has_colour_for(&self, options: &Options) -> bool {
+        self.read[0].colour().is_some() || !options.checked.wants_colour()
+    }
+
     /// What is to be said of the file that the importance was read from.
     #[getter]
     fn warning(&self) -> Option<&str> {

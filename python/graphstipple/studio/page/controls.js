@@ -4,9 +4,11 @@ import { button, folded, iconButton, make, messagePlace, section, switchElement,
 import { optionValue, presetValue } from "./look.js";
 import { numberParts } from "./number.js";
 import { isAllowed, readValue } from "./rules.js";
-import { firstSentence, labelOf } from "./words.js";
+import { allowedText, firstSentence, labelOf } from "./words.js";
 
 const VALUE = "value";
+const MOST_INKS = 15;
+const COMMON_INKS = ["#000000", "#ff48b0", "#0078bf", "#ffe800", "#00a95c", "#f15060", "#ff6c2f", "#765ba7"];
 
 /** All options in their groups. `act` has change(name, value, moving), setAllBack() and counted(name). */
 export function optionsSection(book, mostNodes, act) {
@@ -93,7 +95,9 @@ function inputOf(rule, labels, context, set) {
         return switchInput(labels, set);
     }
     if (rule.pattern) {
-        return colorInput(labels, (text) => readValue(rule, text), set);
+        const read = (text) => (rule.absent && text.trim() === "" ? null : readValue(rule, text));
+        const placeholder = rule.absent?.meaning ?? "";
+        return rule.isList ? listInput(rule, labels, read, set) : colorInput(labels, read, set, placeholder);
     }
     if (!rule.isNumber) {
         return wordsInput(rule, labels, set);
@@ -148,6 +152,66 @@ export function colorInput(labels, read, set, placeholder = "") {
         picker.value = sixDigits(value ?? "white");
     };
     return { labelled, beside: [picker, labelled], under: [invalid], show };
+}
+
+/** Colours with names, as text, and each picked; one more can be added. */
+function listInput(rule, labels, read, set) {
+    const invalidId = uniqueId("invalid");
+    const attributes = { type: "text", class: "gs-list-text", id: uniqueId("list"), spellcheck: "false", autocomplete: "off" };
+    const described = { placeholder: rule.absent?.meaning ?? "", "aria-describedby": `${labels.hint} ${invalidId}` };
+    const labelled = make("input", { ...attributes, ...described });
+    const invalid = make("p", { class: "gs-invalid", id: invalidId, "aria-live": "polite" });
+    const swatches = make("div", { class: "gs-swatches" });
+    const state = { items: [], shown: null };
+    const typed = () => {
+        const value = read(labelled.value);
+        labelled.setAttribute("aria-invalid", String(value === undefined));
+        invalid.textContent = value === undefined ? allowedText(rule) : "";
+        if (value !== undefined) {
+            set(value, false);
+        }
+    };
+    labelled.addEventListener("change", typed);
+    const pick = (index, color, moving) => {
+        const name = state.items[index].includes("=") ? `${state.items[index].split("=")[0]}=` : "";
+        set(state.items.with(index, `${name}${color}`).join(","), moving);
+    };
+    const swatch = (item, index) => {
+        const color = item.split("=").at(-1);
+        const picker = make("input", { type: "color", "aria-label": `${labels.name}, ${index + 1} of ${state.items.length}` });
+        picker.value = sixDigits(color);
+        picker.addEventListener("input", () => pick(index, picker.value, true));
+        picker.addEventListener("change", () => pick(index, picker.value, false));
+        return picker;
+    };
+    const add = () => set([...state.items, nextColor(state.items)].join(","), false);
+    const more = iconButton("plus", `${labels.name}: one more`, "add-ink", add);
+    const show = (value) => {
+        labelled.value = value ?? "";
+        labelled.setAttribute("aria-invalid", "false");
+        invalid.textContent = "";
+        const count = state.items.length;
+        state.items = value ? value.split(",").map((item) => item.trim()) : [];
+        const pickers = [...swatches.querySelectorAll("input")];
+        if (state.shown === null || count !== state.items.length) {
+            swatches.replaceChildren(...state.items.map(swatch), more);
+        } else {
+            // What is being picked stays open.
+            pickers.forEach((picker, index) => (picker.value = sixDigits(state.items[index].split("=").at(-1))));
+        }
+        state.shown = value;
+        more.disabled = state.items.length >= MOST_INKS;
+    };
+    swatches.append(more);
+    return { labelled, beside: [], under: [labelled, swatches, invalid], show };
+}
+
+/** A colour that is not among some yet: those of common printing inks first. */
+function nextColor(items) {
+    const colors = items.map((item) => sixDigits(item.split("=").at(-1)));
+    const free = COMMON_INKS.find((color) => !colors.includes(color));
+    const greys = Array.from({ length: MOST_INKS + 1 }, (_, index) => `#${(32 + 8 * index).toString(16).repeat(3)}`);
+    return free ?? greys.find((color) => !colors.includes(color));
 }
 
 /** A colour as a color input takes it. */

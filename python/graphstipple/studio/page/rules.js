@@ -14,6 +14,7 @@ function ruleOf(name, property) {
         isSwitch: kinds.some((kind) => kind.type === "boolean"),
         words: kinds.filter((kind) => kind.enum).flatMap((kind) => kind.enum),
         pattern: kinds.find((kind) => kind.pattern)?.pattern ?? null,
+        isList: property["x-list"] === true,
         isNumber: number !== undefined,
         isWhole: number?.type === "integer",
         low: number?.minimum ?? number?.exclusiveMinimum ?? 0,

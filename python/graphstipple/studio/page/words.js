@@ -46,6 +46,9 @@ export function lengthText(length) {
 /** What an option takes, in a sentence. */
 export function allowedText(rule) {
     const words = [...rule.words, ...(rule.absent ? [rule.absent.word] : [])];
+    if (rule.isList) {
+        return "Allowed: colours with commas between them, each #rgb, #rrggbb, white or black, or name=colour with a name of a-z, 0-9 and -.";
+    }
     if (!rule.isNumber) {
         return rule.pattern ? "Allowed: white, black, #rgb or #rrggbb." : `Allowed: ${words.join(", ")}.`;
     }

@@ -101,8 +101,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "only",
         value_name: "INK[,INK]",
-        sentence: "Inks that a flat file is written with, by name; white or paper is what they leave",
-        default: "all inks and not the paper, or as the preset suggests",
+        sentence: "Inks to write, by name; white or paper is what they leave",
+        default: "all but the paper, or as the preset suggests",
         allowed: "names of inks of the drawing, with commas between them",
         is_size: false,
         audience: Audience::Everyday,

@@ -109,13 +109,14 @@ declare! {
         /// What shows through transparent parts. Those of the photo, and of a map of one's own.
         background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
 
-        /// Inks of the drawing, as colours with commas between them. A name may stand before a colour, as in "pink=#ff48b0"; up to 15.
+        /// Inks of the drawing, up to 15, with commas between them. Each is a colour, with a name before it if it has one, as in
+        /// "#1d1d1b,pink=#ff48b0".
         inks: Option<InkList> = None, Rule::Inks, "", Inks, Everyday, [Labels];
             absent "off", "black";
-        /// Greys evenly apart, black and the paper among them: another way to say inks.
+        /// Greys evenly apart, with black and white. Another way to say inks.
         levels: Option<u32> = None, Whole(2, 16), "greys", Inks, Everyday, [Labels];
             absent "off", "see inks";
-        /// Takes so many inks from the photo: another way to say inks.
+        /// Takes so many inks from the photo. Another way to say inks.
         extract_inks: Option<u32> = None, Whole(1, 15), "inks", Inks, Everyday, [Labels];
             absent "off", "see inks";
         /// Lays inks over each other, up to six. What the light of each is to that of the paper is multiplied; without it every place
@@ -124,7 +125,7 @@ declare! {
             when |options, _| options.wants_colour();
         /// Colour of the paper, of the whole page. Inks mix with it, and white marks that are paper have it too.
         paper: Option<Color> = None, Rule::Color, "", Inks, Everyday, [Labels];
-            absent "none", "white, and what is not drawn is transparent";
+            absent "none", "white";
             when |options, _| options.wants_colour();
 
         /// Worker threads; the drawing does not depend on them.

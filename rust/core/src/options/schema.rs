@@ -70,6 +70,9 @@ fn property(declaration: &Declaration, defaults: &Options) -> Map<String, Value>
     say("x-everyday", (declaration.audience == super::Audience::Everyday).into());
     say("x-unit", declaration.unit.into());
     say("x-stages", declaration.stages.iter().map(|stage| Value::from(stage.name())).collect());
+    if declaration.rule == Rule::Inks {
+        say("x-list", true.into());
+    }
     if let Some(absent) = declaration.absent {
         say("x-absent", json!({"word": absent.word, "meaning": absent.meaning}));
     }

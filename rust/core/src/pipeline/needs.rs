@@ -67,7 +67,8 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::options::{Alpha, Backdrop, Crossings, ErrorWeighting, LatticeKind, Order, Point};
+    use crate::base::NamedInk;
+    use crate::options::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Order, Point};
     use crate::photo::{Field, Photo};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
@@ -102,11 +103,11 @@ pub(crate) mod tests {
         |o| o.invert = true,
         |o| o.backdrop = Backdrop::Ink,
         |o| o.background = "black".parse().unwrap(),
-        |o| o.inks = Some(crate::options::InkList(vec![crate::base::NamedInk::of_colour([200, 0, 0])])),
+        |o| o.inks = Some(InkList(vec![NamedInk::of_colour([200, 0, 0])])),
         |o| o.levels = Some(5),
         |o| o.extract_inks = Some(5),
-        |o| o.overprint = true,
-        |o| o.paper = Some("#eeeecc".parse().unwrap()),
+        |o| (o.overprint, o.extract_inks) = (true, Some(3)),
+        |o| (o.paper, o.levels) = (Some("#eeeecc".parse().unwrap()), Some(4)),
         |o| o.threads = Some(1),
         |o| o.published.lattice = LatticeKind::Square,
         |o| o.published.density = Some(0.7),
