@@ -107,7 +107,7 @@ def main() -> None:
     page += [
         "## The default and the paper's settings",
         "",
-        "Left `Options.paper()` with the default's node budget, in the middle the default with `stippling` 0, right the",
+        "Left `Options.preset("paper")` with the default's node budget, in the middle the default with `stippling` 0, right the",
         "default: the same number of nodes, a pixel of the picture for each of the photo's. [evaluation.md](evaluation.md) says",
         "how they are measured against each other.",
         "",
@@ -115,7 +115,7 @@ def main() -> None:
     for name, (better, wrong) in NOTES.items():
         image = photo(name)
         nodes = round(0.3 * image.size)
-        settings = (gs.Options.paper(nodes=nodes), gs.Options(nodes=nodes, stippling=0), gs.Options(nodes=nodes))
+        settings = (gs.Options.preset("paper", nodes=nodes), gs.Options(nodes=nodes, stippling=0), gs.Options(nodes=nodes))
         drawings = [gs.draw(image, options=options) for options in settings]
         write(images / f"compare-{name}.png", [raster(drawing) for drawing in drawings], greys=8)
         counts = ", ".join(f"{drawing.stats['vertices']:,}" for drawing in drawings)

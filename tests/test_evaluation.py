@@ -214,7 +214,7 @@ def test_our_methods_have_equal_nodes_and_ablations_change_one_thing(small_photo
 def test_the_defaults_without_an_idea_have_the_paper_s_values_of_its_options_and_every_idea_is_there(
     pictures: dict[str, Picture],
 ) -> None:
-    default, paper = (flat(dataclasses.asdict(options)) for options in (gs.Options(), gs.Options.paper()))
+    default, paper = (flat(dataclasses.asdict(options)) for options in (gs.Options(), gs.Options.preset("paper")))
     differing = {option for option, value in default.items() if value != paper[option]}
     differing -= {"published.density", "nodes"}
     set_back = set()

@@ -157,7 +157,8 @@ def test_the_blurred_picture_follows_the_photo(kind: str) -> None:
     if nearest is not None:
         posterized = colours[nearest]
         assert error < np.linalg.norm(blurred(posterized, 3) - blurred(picture, 3), axis=2).mean()
-    assert error < 60
+    # A single ink has no way to follow colours.
+    assert error < 60 or len(drawing.inks) == 1
 
 
 def test_extracted_inks_are_those_of_the_photo_and_the_same_again() -> None:
@@ -236,8 +237,8 @@ def test_the_command_line_writes_what_python_writes(kind: str, suffix: str, tmp_
 def test_only_writes_the_inks_that_are_named(tmp_path: Path) -> None:
     drawing = drawn("solid")
     svg = drawing.svg(only="pink")
-    assert 'id="pink"' in svg
-    assert 'id="blue"' not in svg
+    assert 'id="pink-regions"' in svg
+    assert 'id="blue-' not in svg
     assert drawing.svg(only=["blue", "pink"]) == drawing.svg(only="pink,blue")
     assert drawing.svg(only="black,pink,blue") == drawing.svg()
     with pytest.raises(

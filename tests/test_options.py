@@ -41,15 +41,15 @@ def test_fields_and_defaults_are_rusts() -> None:
 
 
 def test_paper_is_rusts_and_changes_apply() -> None:
-    assert dataclasses.asdict(gs.Options.paper()) == _core.preset("paper").values()
-    assert gs.Options.paper().published == gs.Published()
+    assert dataclasses.asdict(gs.Options.preset("paper")) == _core.preset("paper").values()
+    assert gs.Options.preset("paper").published == gs.Published()
     ours = {"detail": 0, "floor": 0, "midtones": 0, "sharpen": 0, "local_contrast": 0}
     ours |= {"stippling": 0, "refine": 0, "tone_tolerance": None, "split": 0}
     method = {"importance_alpha": "dynamic", "alpha": "dynamic", "error_weighting": "value", "crossings": "midpoint"}
     method |= {"importance_order": "global", "order": "global"}
     published = gs.Options().published.replace(density=0.5, **method)
     expected = gs.Options(relax=2, tolerance=0, published=published, **ours)  # type: ignore[arg-type]
-    assert gs.Options.paper(relax=2, published=gs.Published(density=0.5)) == expected == options_with("paper", relax=2, density=0.5)
+    assert gs.Options.preset("paper", relax=2, published=gs.Published(density=0.5)) == expected == options_with("paper", relax=2, density=0.5)
 
 
 def test_presets_are_options_by_name() -> None:
@@ -58,7 +58,7 @@ def test_presets_are_options_by_name() -> None:
     assert len(set(names)) == len(names) >= 6
     options = [gs.Options.preset(name) for name in names]
     assert options[0] == gs.Options()
-    assert options[1] == gs.Options.paper()
+    assert options[1] == gs.Options.preset("paper")
     assert len(set(options)) == len(options)
     assert gs.Options.preset("linocut", relax=4) == gs.Options.preset("linocut").replace(relax=4)
     assert {preset.name: preset.only for preset in gs.presets()}["scratchboard"] == "white"
@@ -330,6 +330,8 @@ BY_NAME = {
     ("backdrop", "python/graphstipple/_draw.py"): "a shorthand beside the subject",
     ("backdrop", "python/graphstipple/studio/desk.py"): "left out of a page, which has no subject",
     ("backdrop", "rust/cli/src/arguments.rs"): "refused without a subject",
+    ("extract_inks", "rust/cli/src/arguments.rs"): "known only when the photo has been read",
+    ("overprint", "python/graphstipple/drawing.py"): "whether a drawing has it",
     ("fineness", "rust/cli/src/rules.rs"): "what whoever draws for a machine may turn, in a warning",
     ("detail", "rust/cli/src/command.rs"): "a word of the help of --importance",
     ("density", "rust/py/src/stages.rs"): "the density that a node budget gives; an argument of a stage",
@@ -345,7 +347,11 @@ BY_NAME = {
 }
 """Names of options that stand in front ends all the same: where, and why."""
 
-EVERYWHERE = {"background": "photos and maps are decoded onto it, before there is anything that options could be given to"}
+EVERYWHERE = {
+    "background": "photos and maps are decoded onto it, before there is anything that options could be given to",
+    "inks": "those that a drawing has come to have",
+    "paper": "the colour of a page, for which the same flag stands",
+}
 
 
 def code(path: Path) -> str:

@@ -206,7 +206,7 @@ def test_alpha_1_keeps_the_tone_of_photos(name):
 @pytest.mark.parametrize("value", [0, 255])
 @pytest.mark.parametrize("size", [(60, 40), (1, 1), (5, 1), (2, 2)])
 def test_black_and_white_are_one_region(value, size):
-    for made_with in (gs.Options(), gs.Options.paper(), gs.Options(nodes=3), options_with(relax=3, lattice="square")):
+    for made_with in (gs.Options(), gs.Options.preset("paper"), gs.Options(nodes=3), options_with(relax=3, lattice="square")):
         drawing = gs.draw(np.full(size[::-1], value, np.uint8), options=made_with)
         assert (drawing.stats["regions"], drawing.stats["stipples"]) == (1, 0)
         # The border is part of it: no fringe.
@@ -281,7 +281,7 @@ def test_node_budget(name, changes):
 
 def test_a_density_alone_sets_no_budget():
     assert drawn("camera", density=1.0).stats["node_budget"] is None
-    assert gs.draw(photo("camera", 120, 90), options=gs.Options.paper()).stats["node_budget"] is None
+    assert gs.draw(photo("camera", 120, 90), options=gs.Options.preset("paper")).stats["node_budget"] is None
 
 
 # Border --------------------------------------------------------------------------------------------------------------------------

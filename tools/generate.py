@@ -213,7 +213,7 @@ With another `background` it reads the photo anew.
 
 The parameters of the published method's graphs and diffusions, for research and ablations: fields of `gs.Published`, which is
 `gs.Options(published=...)`; on the command line `--published k1=2`, any number of times. `gs.Published()` has the paper's values,
-`gs.Options().published` ours; `gs.Options.paper()` and `--preset paper` are the published method as it is.
+`gs.Options().published` ours; `gs.Options.preset("paper")` and `--preset paper` are the published method as it is.
 
 {method_table}
 

@@ -190,12 +190,12 @@ class Session:
         max_pixels: int = MAX_PIXELS,
         allow_damaged: bool = False,
     ) -> None:
-        self._image = image
+        self._image: ImageLike | None = image
         self._importance = importance
         self._subject = subject
         self._limits = (max_pixels, allow_damaged)
         self._seconds: dict[str, float] = {}
-        self._state = self._begin(Options()._checked, self._seconds, _silent)
+        self._state = self._begin(image, Options()._checked, self._seconds, _silent)
         self._may_change = True
 
     def with_importance(self, importance: ImportanceLike) -> Session:
@@ -218,8 +218,9 @@ class Session:
         (photo, _, background), heard = self._state.session.packed(), self._state.heard
         session = object.__new__(Session)
         session._limits, session._may_change, session._seconds = self._limits, self._may_change, {}
+        session._image = self._image
         if self._may_change:
-            session._image, session._importance, session._subject = self._image, importance, self._subject
+            session._importance, session._subject = importance, self._subject
         reading = _core.Reading(background, Options()._checked, *self._limits)
         session._state = _state(photo, heard._replace(of_importance=[]), importance, reading, session._seconds)
         return session
@@ -289,17 +290,26 @@ class Session:
             is_called = callable(self._importance)
             is_settled = isinstance(packed[1], str) or is_called or _is_opaque(self._importance)
             of_mask = self._subject is None or callable(self._subject) or self._finds_subject or _is_opaque(self._subject)
-            if not (core.is_never_reduced and _is_opaque_grey(self._image) and is_settled and of_mask):
+            if not (core.is_never_reduced and _is_opaque(self._image) and is_settled and of_mask):
                 subject = _no_subject_packed if callable(self._subject) else self._subject
                 given = (self._image, _not_packed if is_called else self._importance, subject)
-        return _unpacked, (packed, heard, given, self._limits)
+        # What has no colour but its luma is not looked at for it.
+        image = None if given is not None or getattr(self._image, "ndim", 3) == 2 else self._image  # noqa: PLR2004
+        return _unpacked, (packed, heard, given, self._limits, image)
 
     @classmethod
-    def _of(cls, state: _State, given: tuple[ImageLike, ImportanceLike, SubjectLike] | None, limits: tuple[int, bool]) -> Session:
-        """Return a session with what it has read; `given` is what can be read again, if it may have to be."""
+    def _of(
+        cls,
+        state: _State,
+        given: tuple[ImageLike, ImportanceLike, SubjectLike] | None,
+        limits: tuple[int, bool],
+        image: ImageLike | None,
+    ) -> Session:
+        """Return a session with what it has read; `given` is what can be read again, if it may have to be, else `image` for its
+        colour alone."""
         session = object.__new__(cls)
         session._state, session._limits, session._may_change = state, limits, given is not None
-        session._seconds = {}
+        session._seconds, session._image = {}, image
         if given is not None:
             session._image, session._importance, session._subject = given
         return session
@@ -350,25 +360,30 @@ class Session:
     def _fitting(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         """Return the state that these options can be drawn from, read again if they ask for it."""
         state = self._state
-        fits = state.session.fits(options)
-        if not self._may_change or (fits and state.session.has_colour_for(options)):
+        fits = not self._may_change or state.session.fits(options)
+        image = self._image
+        if image is None or (fits and state.session.has_colour_for(options)):
             return state
-        state = self._with_colour(state, options, seconds, report) if fits else self._begin(options, seconds, report)
+        if fits:
+            state = self._with_colour(image, options, seconds, report)
+        else:
+            state = self._begin(image, options, seconds, report)
         # In one step: threads with different backgrounds each have their own, and the last one's stays.
         self._state = state
         return state
 
-    def _begin(self, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
+    def _begin(self, image: ImageLike, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         reading = reading_of(options, *self._limits)
         colour = options.wants_colour()
-        photo, heard = _read_photo(self._image, self._subject, reading, seconds, report, colour=colour)
+        photo, heard = _read_photo(image, self._subject, reading, seconds, report, colour=colour)
         return _state(photo, heard, self._importance, reading, seconds)
 
-    def _with_colour(self, state: _State, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
+    def _with_colour(self, image: ImageLike, options: _core.Options, seconds: dict[str, float], report: Progress) -> _State:
         """Return the state with the photo's colour; subject and importance are as they were made."""
-        reading = reading_of(options, *self._limits)
-        read, _ = _read_photo(self._image, None, reading, seconds, report, colour=True)
-        photo, importance, _ = state.session.packed()
+        state = self._state
+        photo, importance, background = state.session.packed()
+        reading = _core.Reading(background, options, *self._limits)
+        read, _ = _read_photo(image, None, reading, seconds, report, colour=True)
         return _State(_core.Session(photo.with_colour_of(read), importance, reading), state.heard)
 
 
@@ -377,11 +392,12 @@ def _unpacked(
     heard: _Heard,
     given: tuple[ImageLike, ImportanceLike, SubjectLike] | None,
     limits: tuple[int, bool],
+    image: ImageLike | None,
 ) -> Session:
     """Return the session that was pickled."""
     photo, importance, background = packed
     session = _core.Session(photo, importance, _core.Reading(background, None, *limits))
-    return Session._of(_State(session, heard), given, limits)
+    return Session._of(_State(session, heard), given, limits, image)
 
 
 def _not_packed(luma: npt.NDArray[np.float32]) -> str:
@@ -397,11 +413,6 @@ def _no_subject_packed(rgb: npt.NDArray[np.uint8]) -> None:
 _LEFT_BEHIND = (
     "these options ask for the {} to be made again by a callable, which was not pickled with the session: begin a new session"
 )
-
-
-def _is_opaque_grey(given: object) -> bool:
-    """Whether it is known moreover to have no colour that a luma lacks."""
-    return _is_opaque(given) and isinstance(given, np.ndarray) and given.ndim == 2
 
 
 def _is_opaque(given: object) -> bool:

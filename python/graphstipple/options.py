@@ -88,23 +88,6 @@ class Options(OptionFields, _Checked):  # noqa: D101  # it has that of its field
         _store(self, core, {name: value for name, value in core.values().items() if name != "published"})
 
     @classmethod
-    def paper(cls, **changes: Any) -> Options:
-        """Return the paper's settings, with single ones changed by keyword.
-
-        `Published()` with none of what we add to the method: density 1, no node budget, tolerance 0.
-
-        Parameters
-        ----------
-        **changes
-            Options that differ from the paper's.
-
-        Returns
-        -------
-        Options
-        """
-        return cls.preset("paper", **changes)
-
-    @classmethod
     def preset(cls, name: str, **changes: Any) -> Options:
         """Return the options of a preset (see `graphstipple.presets`), with single ones changed by keyword.
 

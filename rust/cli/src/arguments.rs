@@ -100,8 +100,10 @@ impl Job {
         }
         let photo = one_photo(matches)?.filter(|photo| photo != Path::new(STANDARD));
         let output = path("output").filter(|output| output != Path::new(STANDARD));
+        // A preset knows of black and white alone.
+        let suggesting = preset.as_ref().filter(|_| !options.wants_colour());
         let writer_of = |format: &Format| {
-            let export = export(matches, preset.as_ref(), *format, formats).and_then(Export::check)?;
+            let export = export(matches, suggesting, *format, formats).and_then(Export::check)?;
             format.writer(export)
         };
         let mut writers =
@@ -116,13 +118,13 @@ impl Job {
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
         formats.iter().try_for_each(|format| check_units(matches, *format))?;
-        let keeper = Keeper::of(matches, preset.as_ref(), min_dot)?;
+        let keeper = Keeper::of(matches, suggesting, min_dot)?;
         if keeper.is_some() && options.wants_colour() {
             return Err(Error::Usage(
                 "rules are for one ink: draw with several, and keep rules for the plates one by one".to_owned(),
             ));
         }
-        let plotter = Plotter::of(matches, output.as_deref(), preset.as_ref())?;
+        let plotter = Plotter::of(matches, output.as_deref(), suggesting)?;
         let limits = limits(matches).map_err(in_flags)?;
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
         let [stats, quiet, force] = ["stats", "quiet", "force"].map(|name| matches.get_flag(name));
@@ -301,9 +303,8 @@ pub(crate) fn export(
             export.set(setting.name, &number.unwrap_or_else(|| Value::Word(text.clone())))?;
         }
     }
-    // A layered drawing has all inks, whatever the preset suggests, and the preset knows of black and white alone.
-    let has_inks = ["inks", "levels", "extract_inks"].into_iter().any(|name| matches.contains_id(name));
-    if export.style == Style::Flat && !has_inks && !matches.contains_id("only") {
+    // A layered drawing has all inks, whatever the preset suggests.
+    if export.style == Style::Flat && !matches.contains_id("only") {
         export.only = preset.map_or(Only::default(), |preset| preset.only.clone());
     }
     Ok(export)

@@ -281,9 +281,7 @@ impl Export {
     pub(crate) fn check_palette(&self, palette: &Palette) -> Result<()> {
         let drawn = self.only.of(palette)?;
         if !palette.is_black_and_white() {
-            if self.style == Style::Layered && palette.overprint() {
-                return Err(Error::option("style", "layered", "flat for a drawing of inks over each other"));
-            }
+            self.style.check_palette(palette)?;
             if self.one_bit {
                 return Err(Error::option("one_bit", "True", "left out for a drawing of other inks than black"));
             }

@@ -9,9 +9,8 @@
 
 use kurbo::{BezPath, Shape as _};
 
-use crate::base::{Color, Ink, Result};
+use crate::base::{Color, Error, Ink, Palette, Result};
 use crate::drawing::{Drawing, Mark, Ring, RingPart};
-use crate::files::export::Export;
 use crate::files::layout::Placement;
 use crate::options::{Only, words};
 
@@ -22,6 +21,16 @@ words! {
         Flat = "flat",
         /// Black painted over white, white over black, and so on.
         Layered = "layered",
+    }
+}
+
+impl Style {
+    /// Checks that a drawing of this palette can be expressed so.
+    pub(super) fn check_palette(self, palette: &Palette) -> Result<()> {
+        if self == Self::Layered && palette.overprint() {
+            return Err(Error::option("style", "layered", "flat for a drawing of inks over each other"));
+        }
+        Ok(())
     }
 }
 
@@ -175,7 +184,7 @@ impl Drawing {
     /// # Errors
     /// [`Error::Option`](crate::Error::Option) for an ink that the drawing has not, or a style that its inks cannot have.
     pub fn layers(&self, style: Style, only: &Only, paper: Option<&Color>) -> Result<Layers> {
-        Export { style, only: only.clone(), ..Export::default() }.check_palette(&self.palette)?;
+        style.check_palette(&self.palette)?;
         let numbers = only.of(&self.palette)?;
         if !self.palette.is_black_and_white() {
             return self.layers_of_inks(style, &numbers, paper);
