@@ -31,6 +31,9 @@ EYE = (190, 84, 230, 124)
 FACE = (166, 66, 266, 166)
 """The part that shows styles and inks."""
 
+CHEEK = (160, 122, 220, 200)
+"""The part that shows edges: a stroke, the rim of a large shape, and dots."""
+
 FILLS = (("contour", 0.1), ("hatch", -1.0), ("outline", 0.1), ("none", 0.1))
 """How plots are filled, and by how much their lines overlap."""
 
@@ -210,6 +213,13 @@ def write_machines(folder: Path, photo: np.ndarray, drawing: gs.Drawing) -> None
         write_in_colours(folder / f"{name}.png", [before, drawn(kept, part, scale)])
 
 
+def write_hands(folder: Path, photo: np.ndarray) -> None:
+    """Draw edges as by hand: first as they are, then each kind at 0.2 and at 1."""
+    edges = [(edge, wobble) for edge in ("smooth", "inked", "torn") for wobble in (0.2, 1)]
+    hands = [gs.Options(), *(gs.Options(wobble=wobble, edge=edge) for edge, wobble in edges)]
+    write(folder / "wobble.png", [drawn(gs.draw(photo, options=options), CHEEK, 5) for options in hands])
+
+
 def main() -> None:
     """Draw everything."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "images"
@@ -289,6 +299,7 @@ def main() -> None:
     simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
     write(folder / "tolerance.png", [with_anchors(one, EYE, 6) for one in simpler])
 
+    write_hands(folder, photo)
     write_machines(folder, photo, drawing)
 
 

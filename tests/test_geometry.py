@@ -12,6 +12,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
 from tests.support import on_every_photo, options_with, photo
@@ -246,6 +247,69 @@ def test_irregular_dots_survive_a_file(suffix: str, how: dict[str, Any], tmp_pat
     assert not len(drawing.stipples)
     drawing.save(tmp_path / f"drawing.{suffix}", **how)
     check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+
+
+EDGES = pytest.mark.parametrize("edge", ["smooth", "inked", "torn"])
+
+
+@EDGES
+@pytest.mark.parametrize("wobble", [0.2, 1.0])
+def test_edges_drawn_by_hand_are_sound_and_keep_the_tone(edge: str, wobble: float) -> None:
+    image = photo("astronaut", 200, 160)
+    plain, wobbly, again, other = (
+        gs.draw(image, options=gs.Options(**options))
+        for options in (
+            {"edge": edge},
+            {"edge": edge, "wobble": wobble, "threads": 1},
+            {"edge": edge, "wobble": wobble, "threads": 2},
+            {"edge": edge, "wobble": wobble, "seed": 1},
+        )
+    )
+    assert plain.rasterize().tobytes() == drawn_plain(image)
+    check_picture(wobbly, wobbly.width, wobbly.height)
+    assert wobbly.rasterize(800).tobytes() == again.rasterize(800).tobytes() != other.rasterize(800).tobytes()
+    assert wobbly.stats["vertices"] == plain.stats["vertices"]
+    # Of 255: within 1 % of white.
+    assert wobbly.rasterize(800).mean() == pytest.approx(plain.rasterize(800).mean(), abs=2.55)
+
+
+def drawn_plain(image: NDArray[np.uint8]) -> bytes:
+    return gs.draw(image).rasterize().tobytes()
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(3, 300),
+    width=st.integers(1, 60),
+    height=st.integers(1, 60),
+    share=st.floats(0.0, 1.0),
+    wobble=st.floats(0.0, 1.0),
+    edge=st.sampled_from(["smooth", "inked", "torn"]),
+)
+@twice_as_many
+def test_any_labels_are_sound_however_edges_wobble(  # noqa: PLR0917
+    edge: str, wobble: float, seed: int, n: int, width: int, height: int, share: float
+) -> None:
+    random = np.random.default_rng(seed)
+    sites = 0.01 + random.uniform(0, 1, (n, 2)) * (np.array([width, height]) - 0.02)
+    labels = (random.random(n) < share).astype(np.uint8)
+    tones = random.random(n).astype(np.float32)
+    outline = stages.outline(sites, labels, width, height, tones=tones, wobble=wobble, edge=edge, seed=seed)
+    check_picture(outline, width, height)
+
+
+@EDGES
+def test_edges_drawn_by_hand_survive_files_rules_and_plots(edge: str, tmp_path: Path) -> None:
+    drawing = gs.draw(photo("coffee", 128, 96), options=gs.Options(wobble=0.5, edge=edge))
+    for suffix in ("svg", "json"):
+        drawing.save(tmp_path / f"drawing.{suffix}")
+        check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+    assert drawing.plot("0.5mm", width="100mm").stats["paths"] > 0
+    for process in ("vinyl", "stencil"):
+        rules = gs.Rules.process(process)
+        kept, _ = drawing.enforce(rules, width="200mm")
+        check_picture(kept, kept.width, kept.height)
+        assert not kept.check(rules, width="200mm").violations
 
 
 @files
