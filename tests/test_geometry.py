@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import sys
 from pathlib import Path
 from typing import Any
@@ -225,7 +226,7 @@ def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
         assert len(one.holes) == len(other.holes)
         for hole, other_hole in zip(one.holes, other.holes, strict=True):
             np.testing.assert_array_equal(hole, other_hole)
-    for how in ({}, {"style": "layered"}, {"only": "black,white"}):
+    for how in ({}, {"style": "layered"}, {"only": ",".join((*drawing.inks, drawing.paper_name))}):
         assert loaded.svg(**how) == drawing.svg(**how)  # type: ignore[arg-type]
     assert loaded.json() == drawing.json()
     np.testing.assert_array_equal(loaded.rasterize(), drawing.rasterize())
@@ -296,6 +297,32 @@ def test_any_labels_are_sound_however_edges_wobble(  # noqa: PLR0917
     tones = random.random(n).astype(np.float32)
     outline = stages.outline(sites, labels, width, height, tones=tones, wobble=wobble, edge=edge, seed=seed)
     check_picture(outline, width, height)
+
+
+COLOURS = "#1d1d1b,pink=#ff48b0,#0078bf"
+
+
+@EDGES
+@pytest.mark.parametrize("overprint", [False, True])
+@pytest.mark.parametrize("wobble", [0.2, 1.0])
+def test_edges_of_many_inks_drawn_by_hand_are_sound_and_survive_files(
+    edge: str, wobble: float, overprint: bool, tmp_path: Path
+) -> None:
+    options = gs.Options(inks=COLOURS, paper="#f4efe2", overprint=overprint, wobble=wobble, edge=edge)  # type: ignore[arg-type]
+    drawing = gs.draw(photo("coffee", 160, 120), options=options)
+    canvas = drawing.width * drawing.height
+    areas = {name: drawing.to_shapely(name) for name in (*drawing.inks, drawing.paper_name)}
+    assert all(area.is_valid and area.area > 0 for area in areas.values())
+    if not overprint:
+        check_picture(drawing, drawing.width, drawing.height)
+        assert sum(area.area for area in areas.values()) == pytest.approx(canvas, rel=AREA_TOLERANCE)
+        for one, other in itertools.combinations(areas.values(), 2):
+            assert shapely.intersection(one, other).area <= AREA_TOLERANCE * canvas
+    drawing.save(tmp_path / "drawing.json")
+    loaded = gs.load(tmp_path / "drawing.json")
+    loaded.save(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "drawing.json").read_bytes()
+    check_same_drawing(loaded, drawing)
 
 
 @EDGES

@@ -3,7 +3,7 @@
 //! # The idea
 //! Nodes are drawn a little beside their places, by a field that changes slowly from place to place, so contours and dots go astray
 //! as a hand does. The field is a swirl, which leaves areas as they are: no tone changes. Under inked edges its waves are longer, and
-//! where contours cross edges of the graph moves slowly to the black and to the white side: strokes swell and thin. Under torn ones
+//! where contours cross edges of the graph moves slowly to the one side and to the other: strokes swell and thin. Under torn ones
 //! both are quick and rough, and contours go straight from crossing to crossing.
 //!
 //! # How far
@@ -169,10 +169,10 @@ impl Wobble {
         (0..).zip(self.waves()).map(of_wave).fold(Vec2::ZERO, |sum, step| sum + step)
     }
 
-    /// Where a contour crosses an edge from a black to a white node, as a fraction of the way, if it would at `fraction`, which is
+    /// Where a contour crosses an edge from a node on its left to one on its right, as a fraction of the way, if it would at `fraction`, which is
     /// no nearer to a node than [`NEAREST_CROSSING`].
-    pub(super) fn crossing(&self, [black, white]: [Point; 2], fraction: f64) -> f64 {
-        let height = |k: u64, wave: f64| noise(mixed(self.key ^ k), black.lerp(white, fraction), wave * self.spacing).0;
+    pub(super) fn crossing(&self, [left, right]: [Point; 2], fraction: f64) -> f64 {
+        let height = |k: u64, wave: f64| noise(mixed(self.key ^ k), left.lerp(right, fraction), wave * self.spacing).0;
         let limited = |height: f64| STEEPNESS * height / (1.0 + STEEPNESS * STEEPNESS * height * height).sqrt();
         let (nearest, furthest) = (NEAREST_CROSSING, 1.0 - NEAREST_CROSSING);
         match self.edge {
