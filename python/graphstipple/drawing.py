@@ -516,7 +516,7 @@ class Drawing:
     @property
     def paper_name(self) -> str:
         """The name of what no ink covers: "white" in black and white, else "paper"."""
-        return "white" if self.inks == {"black": "#000000"} and self._core.palette[1] == [255] * 3 else "paper"
+        return "white" if self.inks == {"black": "#000000"} and self._core.palette[1] == b"\xff\xff\xff" else "paper"
 
     def plate(self, ink: str) -> Drawing:
         """Return what one ink covers, as a drawing of that ink alone: for cutters, rules, or a file for each ink.

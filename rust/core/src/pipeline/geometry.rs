@@ -209,8 +209,8 @@ fn edges_wobble_by_the_seed_alone_and_keep_the_tone() {
         draw(&luma, 0.5, Options { wobble, edge, seed, threads: Some(threads), ..Options::default() }).drawing
     };
     let black = |drawing: &Drawing| {
-        let regions = drawing.regions.iter().enumerate().filter(|(_, region)| region.ink == Ink::Black);
-        let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::Black);
+        let regions = drawing.regions.iter().enumerate().filter(|(_, region)| region.ink == Ink::BLACK);
+        let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::BLACK);
         let area = regions.map(|(i, _)| drawing.region_area(i)).sum::<f64>() + dots.map(|dot| PI * dot.radius.powi(2)).sum::<f64>();
         area / (drawing.width * drawing.height) as f64
     };
