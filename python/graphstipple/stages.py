@@ -581,7 +581,7 @@ def outline(
     stipple_max: float | None = _OURS.stipple_max,
     irregularity: float = _OURS.irregularity,
     wobble: float = _OURS.wobble,
-    edge: str = _OURS.edge,
+    edge: Literal["smooth", "inked", "torn"] = _OURS.edge,
     seed: int = _OURS.seed,
     tolerance: float = _OURS.tolerance,
 ) -> Outline:
