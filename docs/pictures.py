@@ -31,6 +31,9 @@ EYE = (190, 84, 230, 124)
 FACE = (166, 66, 266, 166)
 """The part that shows styles and inks."""
 
+CHEEK = (160, 122, 220, 200)
+"""The part that shows edges: a stroke, the rim of a large shape, and dots."""
+
 FILLS = (("contour", 0.1), ("hatch", -1.0), ("outline", 0.1), ("none", 0.1))
 """How plots are filled, and by how much their lines overlap."""
 
@@ -210,6 +213,16 @@ def write_machines(folder: Path, photo: np.ndarray, drawing: gs.Drawing) -> None
         write_in_colours(folder / f"{name}.png", [before, drawn(kept, part, scale)])
 
 
+def write_contours(folder: Path, photo: np.ndarray) -> None:
+    """Draw how many points a tolerance leaves, and edges as by hand: first as they are, then each kind at 0.2 and at 1."""
+    simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
+    write(folder / "tolerance.png", [with_anchors(one, EYE, 6) for one in simpler])
+
+    edges = [(edge, wobble) for edge in ("smooth", "inked", "torn") for wobble in (0.2, 1)]
+    hands = [gs.Options(), *(gs.Options(wobble=wobble, edge=edge) for edge, wobble in edges)]
+    write(folder / "wobble.png", [drawn(gs.draw(photo, options=options), CHEEK, 5) for options in hands])
+
+
 def main() -> None:
     """Draw everything."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent / "images"
@@ -280,15 +293,14 @@ def main() -> None:
 
     write_subjects(folder, photo)
 
-    # docs/output.md: what lies over what, which ink on which paper, and how many points a tolerance leaves.
+    # docs/output.md: what lies over what, and which ink on which paper.
     picture = drawn(drawing, FACE, 3)
     write(folder / "styles.png", [picture, *(stacked(drawing, FACE, 3, layered=layered) for layered in (True, False))])
     white = np.asarray(picture) / 255
     black_on_grey, white_on_grey = (Image.fromarray(np.round(grey).astype(np.uint8)) for grey in (190 * white, 90 + 165 * white))
     write(folder / "inks.png", [black_on_grey, white_on_grey, picture])
-    simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
-    write(folder / "tolerance.png", [with_anchors(one, EYE, 6) for one in simpler])
 
+    write_contours(folder, photo)
     write_machines(folder, photo, drawing)
 
 

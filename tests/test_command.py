@@ -127,7 +127,10 @@ def test_importance_by_name(command, photos, tmp_path, importance):
             {"linear": True, "gamma": 1.4, "contrast": 1.2, "invert": True},
         ),
         (["--stipple-min", 0.6, "--stipple-max", 1.5], {"stipple_min": 0.6, "stipple_max": 1.5}),
-        (["--irregularity", 0.7, "--seed", 2**53], {"irregularity": 0.7, "seed": 2**53}),
+        (
+            ["--irregularity", 0.7, "--seed", 2**53, "--wobble", 0.2, "--edge", "inked"],
+            {"irregularity": 0.7, "seed": 2**53, "wobble": 0.2, "edge": "inked"},
+        ),
         (
             ["--shading", 0.4, "--stipple-scale", 0.7, "--tolerance", 0.25],
             {"shading": 0.4, "stipple_scale": 0.7, "tolerance": 0.25},

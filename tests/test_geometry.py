@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from tests.soundness import AREA_TOLERANCE, check_picture, noise, polygons
 from tests.support import on_every_photo, options_with, photo
@@ -224,8 +226,10 @@ def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
         assert len(one.holes) == len(other.holes)
         for hole, other_hole in zip(one.holes, other.holes, strict=True):
             np.testing.assert_array_equal(hole, other_hole)
-    for how in ({}, {"style": "layered"}, {"only": "black,white"}):
-        assert loaded.svg(**how) == drawing.svg(**how)  # type: ignore[arg-type]
+    hows: list[dict[str, Any]] = [{}, {"only": ",".join((*drawing.inks, drawing.paper_name))}, {"style": "layered"}]
+    # Inks over each other are flat.
+    for how in hows[: 2 if drawing.options.overprint else 3]:
+        assert loaded.svg(**how) == drawing.svg(**how)
     assert loaded.json() == drawing.json()
     np.testing.assert_array_equal(loaded.rasterize(), drawing.rasterize())
     for name in ("width", "height", "stipples", "regions", "anchors", "coordinates"):
@@ -246,6 +250,95 @@ def test_irregular_dots_survive_a_file(suffix: str, how: dict[str, Any], tmp_pat
     assert not len(drawing.stipples)
     drawing.save(tmp_path / f"drawing.{suffix}", **how)
     check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+
+
+EDGES = pytest.mark.parametrize("edge", ["smooth", "inked", "torn"])
+
+
+@EDGES
+@pytest.mark.parametrize("wobble", [0.2, 1.0])
+def test_edges_drawn_by_hand_are_sound_and_keep_the_tone(edge: str, wobble: float) -> None:
+    image = photo("astronaut", 200, 160)
+    plain, wobbly, again, other = (
+        gs.draw(image, options=gs.Options(**options))
+        for options in (
+            {"edge": edge},
+            {"edge": edge, "wobble": wobble, "threads": 1},
+            {"edge": edge, "wobble": wobble, "threads": 2},
+            {"edge": edge, "wobble": wobble, "seed": 1},
+        )
+    )
+    assert plain.rasterize().tobytes() == drawn_plain(image)
+    check_picture(wobbly, wobbly.width, wobbly.height)
+    assert wobbly.rasterize(800).tobytes() == again.rasterize(800).tobytes() != other.rasterize(800).tobytes()
+    assert wobbly.stats["vertices"] == plain.stats["vertices"]
+    # Of 255: within 1 % of white.
+    assert wobbly.rasterize(800).mean() == pytest.approx(plain.rasterize(800).mean(), abs=2.55)
+
+
+def drawn_plain(image: NDArray[np.uint8]) -> bytes:
+    return gs.draw(image).rasterize().tobytes()
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(3, 300),
+    width=st.integers(1, 60),
+    height=st.integers(1, 60),
+    share=st.floats(0.0, 1.0),
+    wobble=st.floats(0.0, 1.0),
+    edge=st.sampled_from(["smooth", "inked", "torn"]),
+)
+@twice_as_many
+def test_any_labels_are_sound_however_edges_wobble(  # noqa: PLR0917
+    edge: str, wobble: float, seed: int, n: int, width: int, height: int, share: float
+) -> None:
+    random = np.random.default_rng(seed)
+    sites = 0.01 + random.uniform(0, 1, (n, 2)) * (np.array([width, height]) - 0.02)
+    labels = (random.random(n) < share).astype(np.uint8)
+    tones = random.random(n).astype(np.float32)
+    outline = stages.outline(sites, labels, width, height, tones=tones, wobble=wobble, edge=edge, seed=seed)
+    check_picture(outline, width, height)
+
+
+COLOURS = "#1d1d1b,pink=#ff48b0,#0078bf"
+
+
+@EDGES
+@pytest.mark.parametrize("overprint", [False, True])
+@pytest.mark.parametrize("wobble", [0.2, 1.0])
+def test_edges_of_many_inks_drawn_by_hand_are_sound_and_survive_files(
+    edge: str, wobble: float, overprint: bool, tmp_path: Path
+) -> None:
+    options = gs.Options(inks=COLOURS, paper="#f4efe2", overprint=overprint, wobble=wobble, edge=edge)  # type: ignore[arg-type]
+    drawing = gs.draw(photo("astronaut", 160, 120), options=options)
+    canvas = drawing.width * drawing.height
+    areas = {name: drawing.to_shapely(name) for name in (*drawing.inks, drawing.paper_name)}
+    assert all(area.is_valid and area.area > 0 for area in areas.values())
+    if not overprint:
+        check_picture(drawing, drawing.width, drawing.height)
+        assert sum(area.area for area in areas.values()) == pytest.approx(canvas, rel=AREA_TOLERANCE)
+        for one, other in itertools.combinations(areas.values(), 2):
+            assert shapely.intersection(one, other).area <= AREA_TOLERANCE * canvas
+    drawing.save(tmp_path / "drawing.json")
+    loaded = gs.load(tmp_path / "drawing.json")
+    loaded.save(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "drawing.json").read_bytes()
+    check_same_drawing(loaded, drawing)
+
+
+@EDGES
+def test_edges_drawn_by_hand_survive_files_rules_and_plots(edge: str, tmp_path: Path) -> None:
+    drawing = gs.draw(photo("coffee", 128, 96), options=gs.Options(wobble=0.5, edge=edge))
+    for suffix in ("svg", "json"):
+        drawing.save(tmp_path / f"drawing.{suffix}")
+        check_same_drawing(gs.load(tmp_path / f"drawing.{suffix}"), drawing)
+    assert drawing.plot("0.5mm", width="100mm").stats["paths"] > 0
+    for process in ("vinyl", "stencil"):
+        rules = gs.Rules.process(process)
+        kept, _ = drawing.enforce(rules, width="200mm")
+        check_picture(kept, kept.width, kept.height)
+        assert not kept.check(rules, width="200mm").violations
 
 
 @files

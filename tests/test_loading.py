@@ -50,6 +50,7 @@ def small_drawings() -> list[gs.Drawing]:
         (noise(1, 28, 20), gs.Options()),
         (noise(2, 12, 12), options_with(density=2.0, tolerance=0.0)),
         (noise(5, 20, 26), gs.Options(irregularity=1.0, seed=3)),
+        (noise(6, 22, 18), gs.Options(wobble=1.0, edge="torn")),
         (255 - noise(7, 16, 9), options_with(density=1.0, stipple_scale=2.0)),
     ]
     return [gs.draw(image, options=options) for image, options in images]

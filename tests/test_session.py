@@ -37,6 +37,8 @@ CHANGES: dict[str, Any] = {
     "local_contrast": 0.2,
     "tone_tolerance": None,
     "tolerance": 0.6,
+    "wobble": 0.3,
+    "edge": "torn",
     "refine": 0,
     "split": 0,
     "stipple_scale": 0.5,

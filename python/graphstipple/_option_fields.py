@@ -131,6 +131,12 @@ class OptionFields:
     tolerance : float
         How far a contour may be simplified: more means fewer points. It is the distance from the contour through all
         crossings, of which 0 keeps every one. 0 to 2 pixels.
+    wobble : float
+        How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
+        0 to 1.
+    edge : {"smooth", "inked", "torn"}
+        What edges that wobble look like. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are
+        rough and have corners. Smooth, inked, torn.
     refine : int
         Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean. 0 to 100
         sweeps.
@@ -145,7 +151,7 @@ class OptionFields:
     irregularity : float
         How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions. 0 to 1.
     seed : int
-        Which of the irregular shapes stipples have. 0 to 2^53.
+        Which of the irregular shapes stipples and edges have. 0 to 2^53.
     white_point : {"auto"} or float, optional
         The photo's grey that becomes white. For scans and photos of paper; auto leaves half a percent of the pixels beyond
         it. Auto or 0.004 to 1. None: 1.
@@ -204,6 +210,8 @@ class OptionFields:
     local_contrast: float = 1.5
     tone_tolerance: float | None = 0.014
     tolerance: float = 0.5
+    wobble: float = 0.0
+    edge: Literal["smooth", "inked", "torn"] = "smooth"
     refine: int = 12
     split: int = 4
     stipple_scale: float = 1.0

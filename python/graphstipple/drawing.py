@@ -671,9 +671,9 @@ def _plain(**settings: Any) -> dict[str, Any]:
     return plain_settings(settings)
 
 
-def _hex(rgb: Sequence[int]) -> str:
+def _hex(rgb: bytes) -> str:
     """Return a colour as it is written."""
-    return f"#{bytes(rgb).hex()}"
+    return f"#{rgb.hex()}"
 
 
 def _names(only: str | Sequence[str] | None) -> str | None:

@@ -580,6 +580,8 @@ def outline(
     stipple_min: float = _OURS.stipple_min,
     stipple_max: float | None = _OURS.stipple_max,
     irregularity: float = _OURS.irregularity,
+    wobble: float = _OURS.wobble,
+    edge: Literal["smooth", "inked", "torn"] = _OURS.edge,
     seed: int = _OURS.seed,
     tolerance: float = _OURS.tolerance,
 ) -> Outline:
@@ -599,7 +601,7 @@ def outline(
         Tone of every node, for boundaries that follow it; without, they cross edges at their midpoints.
     places : array_like, (n, 2), optional
         Where every node is drawn, by `stipple`; by default at its site. No triangle may be turned over.
-    stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance
+    stipple_scale, stipple_min, stipple_max, irregularity, wobble, edge, seed, tolerance
         As in `Options`.
 
     Returns
@@ -612,6 +614,8 @@ def outline(
         stipple_min=stipple_min,
         stipple_max=stipple_max,
         irregularity=irregularity,
+        wobble=wobble,
+        edge=edge,
         seed=seed,
         tolerance=tolerance,
     )

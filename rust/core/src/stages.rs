@@ -11,7 +11,7 @@ pub use crate::base::Pool;
 pub use crate::base::Checked;
 pub use crate::options::{
     Absent, Alpha, Audience, Backdrop, Budget, Crossings, DECLARATIONS, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, Declaration,
-    DeclarationOf, ErrorWeighting, Group, InkList, LEAST_PIXELS, LatticeKind, Only, Order, PIXELS_PER_NODE, PUBLISHED, Point,
+    DeclarationOf, Edge, ErrorWeighting, Group, InkList, LEAST_PIXELS, LatticeKind, Only, Order, PIXELS_PER_NODE, PUBLISHED, Point,
     Preset, Rule, Stage, Value, preset, schema, seconds, whole,
 };
 // From a photo to the tone, and its colour.

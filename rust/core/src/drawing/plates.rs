@@ -134,6 +134,11 @@ pub(crate) mod samples {
 
     /// `count` nodes on 60 x 40 pixels in patches of `inks` inks and paper, with single nodes of other inks among them.
     pub(crate) fn patches(inks: usize, count: usize, seed: u64, overprint: bool) -> Drawing {
+        patches_shaped(inks, count, seed, overprint, &Options { tolerance: 0.3, ..Options::default() })
+    }
+
+    /// The same, shaped as options say.
+    pub(crate) fn patches_shaped(inks: usize, count: usize, seed: u64, overprint: bool, options: &Options) -> Drawing {
         let random = |k: usize| 0.5 + 0.499 * f64::from(noise(seed.wrapping_mul(1 << 20) + k as u64));
         let sites: Vec<[f64; 2]> = (0..count).map(|k| [60.0 * random(2 * k), 40.0 * random(2 * k + 1)]).collect();
         let triangulation = triangulate(sites, 60, 40, &Control::new()).unwrap();
@@ -151,8 +156,7 @@ pub(crate) mod samples {
         let components = components(&triangulation.graph, &labels);
         let areas = vec![2400.0 / count as f64; count];
         let nodes = Nodes { labels: &labels, places: &triangulation.graph.sites, areas: &areas, tones: None, bands: None };
-        let shaping = Shaping { tolerance: 0.3, ..Shaping::of(&Options::default()) };
-        let outlines = outline(&triangulation, nodes, &components, (60, 40), shaping, &Control::new()).unwrap();
+        let outlines = outline(&triangulation, nodes, &components, (60, 40), Shaping::of(options), &Control::new()).unwrap();
         let provenance = Provenance { version: "0.1.0".into(), importance: "none".into(), ..Provenance::default() };
         Drawing { provenance, ..assemble(Parts { palette, ..outlines.parts }).unwrap() }
     }
@@ -160,10 +164,11 @@ pub(crate) mod samples {
 
 #[cfg(test)]
 mod tests {
-    use super::samples::patches;
+    use super::samples::{patches, patches_shaped};
     use super::*;
     use crate::base::{Control, signed_area};
     use crate::drawing::{Loose, put_together};
+    use crate::options::{Edge, Options};
 
     fn area_of_dot(drawing: &Drawing, dot: usize) -> f64 {
         signed_area(&drawing.stipple_outline(dot, drawing.flattening_tolerance()))
@@ -196,14 +201,35 @@ mod tests {
     #[test]
     fn curves_of_many_inks_touch_in_junctions_alone_and_tell_the_drawing() {
         for (inks, count, seed) in [(2, 300, 1), (3, 1200, 2), (6, 1200, 3), (15, 2500, 4), (5, 900, 6), (8, 1500, 7)] {
-            let drawing = patches(inks, count, seed, false);
-            let Drawing { width, height, units, palette, curves, stipples, .. } = drawing.clone();
-            let stipples = stipples.into_iter().map(|dot| crate::outlines::Stipple { level: 0, ..dot }).collect();
-            let sides = drawing.sides();
-            let loose = Loose { width, height, units, palette, curves, sides, stipples, ground: Ink::BLACK };
-            let again = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
-            let again = Drawing { provenance: drawing.provenance.clone(), ..again };
-            assert!(again == drawing, "{inks} inks are other ones");
+            assert_told_by_curves(&patches(inks, count, seed, false));
+        }
+    }
+
+    /// Puts a drawing together again from its curves and dots, which are checked to touch in junctions alone.
+    fn assert_told_by_curves(drawing: &Drawing) {
+        let Drawing { width, height, units, palette, curves, stipples, .. } = drawing.clone();
+        let stipples = stipples.into_iter().map(|dot| crate::outlines::Stipple { level: 0, ..dot }).collect();
+        let sides = drawing.sides();
+        let inks = palette.inks().len();
+        let loose = Loose { width, height, units, palette, curves, sides, stipples, ground: Ink::BLACK };
+        let again = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
+        let again = Drawing { provenance: drawing.provenance.clone(), ..again };
+        assert!(again == *drawing, "{inks} inks are other ones");
+    }
+
+    #[test]
+    fn edges_of_many_inks_wobble_and_still_touch_in_junctions_alone() {
+        for edge in [Edge::Smooth, Edge::Inked, Edge::Torn] {
+            for (inks, count, overprint) in [(3, 1200, false), (6, 900, false), (15, 2500, false), (4, 60, false), (3, 1500, true)]
+            {
+                for (seed, wobble) in [(1, 0.2), (2, 1.0)] {
+                    let options = Options { wobble, edge, seed, tolerance: 0.3, ..Options::default() };
+                    let drawing = patches_shaped(inks, count, seed, overprint, &options);
+                    assert!(drawing.curves != patches(inks, count, seed, overprint).curves);
+                    assert!((areas(&drawing).iter().sum::<f64>() - 2400.0).abs() < 1e-6);
+                    assert_told_by_curves(&drawing);
+                }
+            }
         }
     }
 

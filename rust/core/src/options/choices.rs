@@ -133,6 +133,18 @@ words! {
     }
 }
 
+words! {
+    /// What edges that wobble look like.
+    Edge {
+        /// Contours waver as a hand does.
+        Smooth = "smooth",
+        /// They swell and thin too, slowly, as under a pen.
+        Inked = "inked",
+        /// They are rough and have corners, as torn paper or a cut block.
+        Torn = "torn",
+    }
+}
+
 /// How much of a node's error is passed on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alpha {

@@ -13,7 +13,7 @@
 //!
 //! The last two lines are only for options that can be absent, and for those that matter only where others say so.
 
-use super::choices::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Order, Point};
+use super::choices::{Alpha, Backdrop, Crossings, Edge, ErrorWeighting, InkList, LatticeKind, Order, Point};
 use super::declaration::Audience::{Everyday, Further};
 use super::declaration::Group::{Inks, Method, Nodes, Shapes, Stipples, Tones, Work};
 use super::declaration::Stage::{self, Emphasis, FirstGraph, Importance, Labels, Outlines, SecondGraph, Tone};
@@ -72,6 +72,11 @@ declare! {
         /// How far a contour may be simplified: more means fewer points. It is the distance from the contour through all crossings, of
         /// which 0 keeps every one.
         tolerance: f64 = 0.5, Within(0.0, 2.0), "pixels", Shapes, Everyday, [Outlines];
+        /// How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
+        wobble: f64 = 0.0, Within(0.0, 1.0), "", Shapes, Everyday, [Outlines];
+        /// What edges that wobble look like. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
+        edge: Edge = Edge::Smooth, Words(Edge::WORDS), "", Shapes, Everyday, [Outlines];
+            when |options, _| options.wobble > 0.0;
         /// Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean.
         refine: u32 = 12, Whole(0, 100), "sweeps", Shapes, Further, [Labels];
         /// Dots that fused by chance, up to so many, are taken apart where there is room. Below 2 none are.
@@ -86,7 +91,7 @@ declare! {
             absent "auto", "as its cell asks for";
         /// How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions.
         irregularity: f64 = 0.0, Within(0.0, 1.0), "", Stipples, Everyday, [Outlines];
-        /// Which of the irregular shapes stipples have.
+        /// Which of the irregular shapes stipples and edges have.
         seed: u64 = 0, Whole(0, MAX_SEED), "", Stipples, Further, [Outlines];
 
         /// The photo's grey that becomes white. For scans and photos of paper; auto leaves half a percent of the pixels beyond it.

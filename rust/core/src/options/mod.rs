@@ -17,7 +17,7 @@ mod value;
 use crate::base::{Checked, Error, Result, in_one_line, or_nearest};
 
 pub use budget::{Budget, DEFAULT_MAX_NODES, DEFAULT_NODES_PER_PIXEL, LEAST_PIXELS, PIXELS_PER_NODE};
-pub use choices::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Only, Order, Point};
+pub use choices::{Alpha, Backdrop, Crossings, Edge, ErrorWeighting, InkList, LatticeKind, Only, Order, Point};
 pub use declaration::{Absent, Audience, DeclarationOf, Group, PUBLISHED, Stage};
 pub use declared::{DECLARATIONS, Declaration, Options, Published};
 pub(crate) use numbers::{bytes, in_hours};

@@ -27,6 +27,8 @@ pub(super) struct Fit {
     full_units: f64,
     /// About how far nodes lie from each other, in pixels.
     pub(super) spacing: f64,
+    /// Whether curves go straight from crossing to crossing, with a corner in each.
+    has_corners: bool,
     frame: Frame,
 }
 
@@ -34,7 +36,12 @@ impl Fit {
     /// What contours are fitted with on a canvas with so many nodes to a pixel, at a tolerance in pixels.
     pub(super) fn new(tolerance: f64, nodes_per_pixel: f64, frame: Frame) -> Self {
         let [units, full_units] = [tolerance, 0.0].map(|tolerance| units_per_pixel(tolerance, nodes_per_pixel));
-        Self { tolerance, units, full_units, spacing: spacing(nodes_per_pixel), frame }
+        Self { tolerance, units, full_units, spacing: spacing(nodes_per_pixel), has_corners: false, frame }
+    }
+
+    /// The same for curves that go straight from crossing to crossing and keep every one.
+    pub(super) fn with_corners(self) -> Self {
+        Self { tolerance: 0.0, units: self.full_units, has_corners: true, ..self }
     }
 
     /// The curve of the contour that crosses `edges` about in the points `crossings`, with black on its left. A small closed contour
@@ -48,7 +55,7 @@ impl Fit {
         } else {
             outline
         };
-        let mut path = outline.path();
+        let mut path = if self.has_corners { outline.polyline() } else { outline.path() };
         if outline.closed {
             path.close_path();
         }
@@ -68,7 +75,7 @@ impl Fit {
     /// The spline through all crossings, on its grid.
     fn full_outline(&self, area: Option<f64>, ends: Option<[End; 2]>, sleeve: &Sleeve) -> Spline {
         let fit = Self { units: self.full_units, ..*self };
-        let spline = Spline::new(self.frame, sleeve, area, ends);
+        let spline = Spline::new(self.frame, sleeve, area, ends, self.has_corners);
         // Control points on twice the grid, so that joints lie on the grid too, and files need not say both.
         let controls: Vec<Point> = spline.controls.iter().map(|p| fit.snap(*p, 0.5)).collect();
         let snapped = joints(&controls, self.frame, ends);
@@ -83,6 +90,10 @@ impl Fit {
         let mut scratch = Vec::new();
         let mut piece = |k: usize| {
             let (from, to, directions) = (joints[k], joints[k + 1], spline.directions(k));
+            if self.has_corners {
+                let stays = sleeve.holds(&[from, controls[k], to], k, k + 1, directions);
+                return (if stays { controls[k] } else { fit.corner(sleeve, k, [from, to], directions) }, true);
+            }
             let mut candidates = std::iter::once(controls[k]).chain(fit.snapped(spline.controls[k]));
             let curved = candidates.find(|p| sleeve.holds_quad(&QuadBez::new(from, *p, to), k, k + 1, directions, &mut scratch));
             (curved.unwrap_or_else(|| fit.corner(sleeve, k, [from, to], directions)), curved.is_none())

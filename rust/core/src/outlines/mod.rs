@@ -11,6 +11,7 @@ mod parts;
 mod simplify;
 mod sleeve;
 mod spline;
+mod wobble;
 
 pub use outline::{Bands, Nodes, Outlines, Shaping, Tones, crossing, outline};
 pub use parts::{Parts, Stipple};

@@ -28,13 +28,14 @@ use rayon::prelude::*;
 use crate::base::{Control, End, Frame, Ink, Result, mixed};
 use crate::graph::{Beside, Components, Triangulation, check_areas, check_finite, check_one_a_node};
 use crate::inks::Mixture;
-use crate::options::Options;
+use crate::options::{Edge, Options};
 use crate::outlines::contours::{Contour, Ending, LEAST_PART, PARTS_A_THREAD, trace};
 use crate::outlines::dots::Star;
 use crate::outlines::fit::Fit;
 use crate::outlines::irregular::irregular;
 use crate::outlines::parts::{Parts, Stipple};
-use crate::outlines::sleeve::CrossingEdge;
+use crate::outlines::sleeve::{CrossingEdge, NEAREST_CROSSING};
+use crate::outlines::wobble::Wobble;
 
 /// What the outline stage makes.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,7 +128,11 @@ pub struct Shaping {
     pub stipple_max: Option<f64>,
     /// How far stipples are from round; above 0 they are curves.
     pub irregularity: f64,
-    /// Which irregular shapes they have.
+    /// How far edges look drawn by hand; above 0 stipples are irregular too.
+    pub wobble: f64,
+    /// What edges look like that wobble.
+    pub edge: Edge,
+    /// Which irregular shapes stipples and edges have.
     pub seed: u64,
     /// How far a curve may lie from the spline through the crossings, in pixels.
     pub tolerance: f64,
@@ -136,8 +141,8 @@ pub struct Shaping {
 impl Shaping {
     /// What the options say of shapes.
     pub fn of(options: &Options) -> Self {
-        let Options { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance, .. } = *options;
-        Self { stipple_scale, stipple_min, stipple_max, irregularity, seed, tolerance }
+        let Options { stipple_scale, stipple_min, stipple_max, irregularity, wobble, edge, seed, tolerance, .. } = *options;
+        Self { stipple_scale, stipple_min, stipple_max, irregularity, wobble, edge, seed, tolerance }
     }
 
     /// The radius that a dot in a cell of this area would like to have, on a grid of `units` to a pixel.
@@ -155,11 +160,7 @@ const MIN_RADIUS: f64 = 1.0 / 1024.0;
 /// How much finer the grid of dots is than that of curves, which are many points long: a dot that moves is seen.
 const DOT_GRID: f64 = 4.0;
 
-/// How near to a node a boundary that follows the tone may come, as a fraction of the edge: nearer, thin slivers would be left
-/// between it and the next boundary.
-const NEAREST_CROSSING: f64 = 0.2;
-
-/// The same for the boundary of a band and a node within: what is left between it and the next boundary is the band, no wider than it
+/// As [`NEAREST_CROSSING`], for the boundary of a band and a node within: what is left between it and the next boundary is the band, no wider than it
 /// is to be. Nearer still, curves would have to be corners to stay in their triangles.
 const NEAREST_BAND: f64 = 0.08;
 
@@ -228,6 +229,11 @@ pub fn outline(
         sides.map(|side| component_areas[side as usize]).min_by(f64::total_cmp).filter(|_| tones.is_some())
     };
     let fit = Fit::new(shaping.tolerance, count as f64 / (frame.width * frame.height), frame);
+    let wobble = Wobble::new(shaping.wobble, shaping.edge, shaping.seed, fit.spacing, frame);
+    let fit = if wobble.is_some_and(|wobble| wobble.is_torn()) { fit.with_corners() } else { fit };
+    let moved = wobble.map(|wobble| wobble.places(triangulation, places, bands.map(|bands| bands.depths), control)).transpose()?;
+    let places = moved.as_deref().unwrap_or(places);
+    let irregularity = wobble.map_or(0.0, |wobble| wobble.irregularity()).max(shaping.irregularity);
     let shape_of = |contour: &Contour| -> Result<Shape> {
         control.check()?;
         let edges = contours.edges(contour);
@@ -242,16 +248,15 @@ pub fn outline(
         let dot = [(contour.left, contour.right), (contour.right, contour.left)].into_iter().find(|(own, _)| is_dot(*own, contour));
         let Some((own, around)) = dot else {
             let mut along_band = false;
-            let mut at = |nodes: [u32; 2]| {
+            let mut at = |nodes: [u32; 2], edge: CrossingEdge| {
                 let of_nodes = nodes.map(|node| labels[node as usize]);
                 let by_tone = tones.map_or(0.5, |tones| tones.crossing(nodes, of_nodes));
-                let Some(bands) = bands else { return by_tone };
-                let (place, by_band) = bands.crossing(nodes, by_tone);
+                let (place, by_band) = bands.map_or((by_tone, false), |bands| bands.crossing(nodes, by_tone));
                 along_band |= by_band;
-                place
+                wobble.filter(|_| !by_band).map_or(place, |wobble| wobble.crossing(edge, place))
             };
             let crossings: Vec<Point> =
-                edges.iter().zip(&crossing_edges).map(|(nodes, [black, white])| black.lerp(*white, at(*nodes))).collect();
+                edges.iter().zip(&crossing_edges).map(|(nodes, edge)| edge[0].lerp(edge[1], at(*nodes, *edge))).collect();
             // What a band leaves of cells is not to grow over it again.
             let area = enclosed(contour).filter(|_| !along_band);
             return Ok(Shape::Curve { path: fit.curve(&crossing_edges, &crossings, area, ends), dot: None });
@@ -262,12 +267,12 @@ pub fn outline(
         let units = fit.units * DOT_GRID;
         let wanted = shaping.radius(cell_areas[node], units);
         let stipple = star.dot(point(places[node]), wanted, units, Ink::of_label(labels[node]));
-        if shaping.irregularity > 0.0 {
+        if irregularity > 0.0 {
             let room = star.room(Point::new(stipple.x, stipple.y));
             let key = mixed(mixed(shaping.seed) ^ node as u64);
             // It runs with itself on its left, as black does, or on its right.
             let oriented = Stipple { ink: if is_left { Ink::BLACK } else { Ink::WHITE }, ..stipple };
-            if let Some(path) = irregular(&oriented, &room, shaping.irregularity, key, units) {
+            if let Some(path) = irregular(&oriented, &room, irregularity, key, units) {
                 return Ok(Shape::Curve { path, dot: Some(own) });
             }
         }

@@ -21,6 +21,10 @@ const EDGE_CLEARANCE: f64 = 0.05;
 /// sum below is a thousandth of it.
 const SIDE_CLEARANCE: f64 = 1e-7;
 
+/// How near to a node a boundary that follows the tone may come, as a fraction of the edge: nearer, thin slivers would be left
+/// between it and the next boundary.
+pub(super) const NEAREST_CROSSING: f64 = 0.2;
+
 /// How much finer than for regions a curve is flattened to see that it stays in its triangles.
 const FINE: f64 = 0.25;
 

@@ -60,10 +60,10 @@ pub(super) struct Spline {
 
 impl Spline {
     /// The spline through the points in which a contour crosses its edges.
-    pub(super) fn new(frame: Frame, sleeve: &Sleeve, area: Option<f64>, ends: Option<[End; 2]>) -> Self {
+    pub(super) fn new(frame: Frame, sleeve: &Sleeve, area: Option<f64>, ends: Option<[End; 2]>, has_corners: bool) -> Self {
         let controls = sleeve.crossings.to_vec();
-        let mut spline =
-            Self { joints: joints(&controls, frame, ends), corners: vec![false; controls.len()], controls, closed: ends.is_none() };
+        let corners = vec![has_corners; controls.len()];
+        let mut spline = Self { joints: joints(&controls, frame, ends), corners, controls, closed: ends.is_none() };
         if spline.closed {
             spline.rescale(sleeve, area);
         }
@@ -80,6 +80,20 @@ impl Spline {
                 path.line_to(self.joints[k + 1]);
             } else {
                 path.quad_to(*control, self.joints[k + 1]);
+            }
+        }
+        path
+    }
+
+    /// One that is all corners, from begin to end, without the joints that lie in the middle between two of them.
+    pub(super) fn polyline(&self) -> BezPath {
+        let mut path = BezPath::with_capacity(self.joints.len() + 2);
+        path.move_to(self.joints[0]);
+        for (k, control) in self.controls.iter().enumerate() {
+            path.line_to(*control);
+            let is_between = self.controls.get(k + 1).is_some_and(|next| control.midpoint(*next) == self.joints[k + 1]);
+            if !is_between {
+                path.line_to(self.joints[k + 1]);
             }
         }
         path

@@ -1,13 +1,15 @@
 //! Drawings of random pictures at every tolerance: nothing crosses, everything is covered once, and files give the drawing back.
 
+use std::f64::consts::PI;
+
 use kurbo::{Affine, BezPath, Line, ParamCurveNearest, PathEl, Point, Shape};
 use proptest::prelude::*;
 
-use crate::base::{Control, Result, signed_area};
+use crate::base::{Control, Ink, Result, signed_area};
 use crate::drawing::{Drawing, RingPart};
 use crate::files::{Export, Format, Style, load};
 use crate::importance::Importance;
-use crate::options::{Only, Options, Published};
+use crate::options::{Edge, Only, Options, Published};
 use crate::outlines::Stipple;
 use crate::photo::{Field, Photo};
 use crate::pipeline::Outcome;
@@ -85,14 +87,15 @@ fn check(drawing: &Drawing) {
 /// How far polygons may lie from curves when distances between curves are measured, in pixels.
 const FLATTENING: f64 = 2e-3;
 
-/// Every curve as a polyline.
+/// Every curve as a polyline, but those of irregular dots, which are cubic: the tolerance is not about them.
 fn polylines(drawing: &Drawing) -> Vec<Vec<Point>> {
     let polyline_of = |curve: &BezPath| {
         let mut points = Vec::new();
         kurbo::flatten(curve, FLATTENING, |element| points.extend(element.end_point().or(points.first().copied())));
         points
     };
-    drawing.curves.iter().map(polyline_of).collect()
+    let is_dot = |curve: &&BezPath| curve.elements().iter().any(|element| matches!(element, PathEl::CurveTo(..)));
+    drawing.curves.iter().filter(|curve| !is_dot(curve)).map(polyline_of).collect()
 }
 
 /// Checks that no curve lies further than the tolerance from that of the full outline, nor the other way round.
@@ -160,10 +163,12 @@ proptest! {
             Just((0.0, None)), Just((0.0, Some(0.4))), Just((0.0, Some(1e-9))), Just((0.8, Some(0.9))), Just((1000.0, None)),
         ],
         irregularity in prop_oneof![Just(0.0), Just(0.5), Just(1.0)],
+        wobble in prop_oneof![2 => Just(0.0), 1 => Just(0.2), 1 => Just(1.0)],
+        edge in prop_oneof![Just(Edge::Smooth), Just(Edge::Inked), Just(Edge::Torn)],
     ) {
         let options = Options {
             published: of_density(density / (factor * factor) as f64), tolerance, stipple_scale, stipple_min, stipple_max,
-            irregularity, seed: seed >> 11, ..Options::default()
+            irregularity, wobble, edge, seed: seed >> 11, ..Options::default()
         };
         // Mostly with a remainder, when it is reduced.
         let luma = picture(factor * width + seed as usize % factor, factor * height + width % factor, seed, grain * factor);
@@ -194,6 +199,34 @@ proptest! {
         let small = drawing.stipples.iter().filter(|dot| dot.radius < 0.7).count();
         prop_assert_eq!(changes.enlarged + changes.dropped, small);
         prop_assert_eq!(larger.stipples.len() + changes.dropped, drawing.stipples.len());
+    }
+}
+
+#[test]
+fn edges_wobble_by_the_seed_alone_and_keep_the_tone() {
+    let luma = picture(160, 120, 5, 12);
+    let drawn = |wobble: f64, edge: Edge, seed: u64, threads: usize| {
+        draw(&luma, 0.5, Options { wobble, edge, seed, threads: Some(threads), ..Options::default() }).drawing
+    };
+    let black = |drawing: &Drawing| {
+        let regions = drawing.regions.iter().enumerate().filter(|(_, region)| region.ink == Ink::BLACK);
+        let dots = drawing.stipples.iter().filter(|dot| dot.ink == Ink::BLACK);
+        let area = regions.map(|(i, _)| drawing.region_area(i)).sum::<f64>() + dots.map(|dot| PI * dot.radius.powi(2)).sum::<f64>();
+        area / (drawing.width * drawing.height) as f64
+    };
+    let plain = drawn(0.0, Edge::Smooth, 0, 1);
+    assert_eq!(drawn(0.0, Edge::Torn, 9, 2).curves, plain.curves);
+    for edge in [Edge::Smooth, Edge::Inked, Edge::Torn] {
+        for wobble in [0.05, 0.3, 1.0] {
+            let wobbly = drawn(wobble, edge, 0, 1);
+            check(&wobbly);
+            assert_eq!(drawn(wobble, edge, 0, 2), wobbly);
+            let other = drawn(wobble, edge, 1, 1);
+            assert!(other.curves != wobbly.curves && wobbly.curves != plain.curves);
+            for drawing in [&wobbly, &other] {
+                assert!((black(drawing) - black(&plain)).abs() < 0.01, "{} was {}", black(drawing), black(&plain));
+            }
+        }
     }
 }
 
@@ -276,7 +309,7 @@ fn what_is_told_of_a_drawing_of_another_version_is_kept() {
     let drawing = draw(&picture(20, 20, 7, 3), 0.5, Options::default()).drawing;
     for suffix in ["json", "svg"] {
         let ours = String::from_utf8(written(&drawing, suffix, Export::default())).unwrap();
-        let theirs = ours.replacen("\"options\":{\"nodes\":null", "\"options\":{\"wobble\":0.25,\"nodes\":null", 1).replacen(
+        let theirs = ours.replacen("\"options\":{\"nodes\":null", "\"options\":{\"wiggle\":0.25,\"nodes\":null", 1).replacen(
             "\"version\":\"",
             "\"subject\":[\"auto\",-0.0,1e-7],\"version\":\"9",
             1,
@@ -285,9 +318,9 @@ fn what_is_told_of_a_drawing_of_another_version_is_kept() {
         let read = read(&theirs, suffix).unwrap();
         assert_eq!(read.curves, drawing.curves);
         let told = read.provenance.options().unwrap_err().to_string();
-        assert!(told.starts_with("the drawing was made by graphstipple 9") && told.ends_with("does not know: wobble"), "{told}");
+        assert!(told.starts_with("the drawing was made by graphstipple 9") && told.ends_with("does not know: wiggle"), "{told}");
         let again = String::from_utf8(written(&read, suffix, Export::default())).unwrap();
-        assert!(again.contains("\"wobble\":0.25,\"nodes\":null") && again.contains("\"subject\":[\"auto\",-0.0,1e-7]"), "{again}");
+        assert!(again.contains("\"wiggle\":0.25,\"nodes\":null") && again.contains("\"subject\":[\"auto\",-0.0,1e-7]"), "{again}");
         assert_eq!(String::from_utf8(written(&drawing, suffix, Export::default())).unwrap(), ours);
     }
     // What would stand twice in a JSON file is not kept; names are told in one short line, whatever they are.

@@ -68,7 +68,7 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::base::NamedInk;
-    use crate::options::{Alpha, Backdrop, Crossings, ErrorWeighting, InkList, LatticeKind, Order, Point};
+    use crate::options::{Alpha, Backdrop, Crossings, Edge, ErrorWeighting, InkList, LatticeKind, Order, Point};
     use crate::photo::{Field, Photo};
 
     /// Every option at another value than in [`busy`] and in the defaults. Some of them do not go together.
@@ -88,6 +88,8 @@ pub(crate) mod tests {
         |o| o.local_contrast = 0.2,
         |o| o.tone_tolerance = None,
         |o| o.tolerance = 0.6,
+        |o| o.wobble = 0.3,
+        |o| o.edge = Edge::Torn,
         |o| o.refine = 0,
         |o| o.split = 0,
         |o| o.stipple_scale = 0.5,
@@ -126,7 +128,8 @@ pub(crate) mod tests {
 
     /// Options under which every option matters.
     pub(crate) fn busy() -> Options {
-        let mut options = Options { shading: 0.8, irregularity: 0.4, split: 12, tone_tolerance: Some(0.001), ..Options::default() };
+        let mut options =
+            Options { shading: 0.8, irregularity: 0.4, wobble: 0.1, split: 12, tone_tolerance: Some(0.001), ..Options::default() };
         options.published.importance_alpha = Alpha::Dynamic;
         options.published.base = 0.8;
         options
