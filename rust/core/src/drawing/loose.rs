@@ -15,6 +15,7 @@ use crate::base::{
     flattening_tolerance, in_one_line, is_closed,
 };
 use crate::drawing::assembly::{bits, junctions};
+use crate::drawing::known::Known;
 use crate::drawing::sweep::{Line, Meeting, Swept, Top, sweep};
 use crate::outlines::Stipple;
 
@@ -37,11 +38,13 @@ pub(crate) struct Loose {
     pub(crate) height: usize,
     pub(crate) units: f64,
     pub(crate) palette: Palette,
-    /// The lower ink on their left.
+    /// The lower ink on their left, where it is known what is on both sides.
     pub(crate) curves: Vec<BezPath>,
-    /// What is on the left and on the right of every curve; where there is nothing, black and white.
-    pub(crate) sides: Vec<[Ink; 2]>,
+    /// What is known to be on the left and on the right of every curve; where there is nothing, black and white.
+    pub(crate) sides: Vec<[Known; 2]>,
     pub(crate) stipples: Vec<Stipple>,
+    /// What is known of the inks of dots, where it is not all: the rest of an ink is that around the dot.
+    pub(crate) dots: Vec<Known>,
     /// Ink of the canvas if there is nothing on it.
     pub(crate) ground: Ink,
 }
@@ -60,13 +63,13 @@ impl Loose {
     /// Curves and dots of black and white, on white, with 16 units to a pixel.
     #[cfg(test)]
     pub(crate) fn plain(width: usize, height: usize, curves: Vec<BezPath>, stipples: Vec<Stipple>) -> Self {
-        let (palette, sides) = (Palette::default(), Vec::new());
-        Self { width, height, units: 16.0, palette, curves, sides, stipples, ground: Ink::WHITE }
+        let (palette, sides, dots) = (Palette::default(), Vec::new(), Vec::new());
+        Self { width, height, units: 16.0, palette, curves, sides, stipples, dots, ground: Ink::WHITE }
     }
 
-    /// What is on the left and on the right of a curve.
-    pub(super) fn inks(&self, curve: usize) -> [Ink; 2] {
-        self.sides.get(curve).copied().unwrap_or([Ink::BLACK, Ink::WHITE])
+    /// What is known to be on the left and on the right of a curve.
+    pub(super) fn inks(&self, curve: usize) -> [Known; 2] {
+        self.sides.get(curve).copied().unwrap_or([Ink::BLACK, Ink::WHITE].map(Known::of))
     }
 
     pub(super) fn frame(&self) -> Frame {
@@ -177,6 +180,15 @@ impl Loose {
 }
 
 impl Loose {
+    /// The point of a curve next to its begin, or its end: where the sweep sees it go.
+    pub(super) fn next_to(&self, curve: u32, begins: bool) -> [f64; 2] {
+        let elements = self.curves[curve as usize].elements();
+        let piece = if begins { &elements[..2] } else { &elements[elements.len() - 2..] };
+        let from = piece[0].end_point().unwrap_or_default();
+        let points = flatten_path(&BezPath::from_vec(vec![PathEl::MoveTo(from), piece[1]]), flattening_tolerance(self.units));
+        points[if begins { 1 } else { points.len() - 2 }]
+    }
+
     /// How far above every junction the sweep sees curves end that come from above: much less than their last edges reach. So they do
     /// not touch those that begin in it and go down. A gap below it would be seen through from what begins on the same level.
     fn gaps(&self, tolerance: f64) -> HashMap<[u64; 2], f64> {

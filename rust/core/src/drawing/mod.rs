@@ -4,6 +4,7 @@
 mod assembly;
 mod data;
 mod joined;
+mod known;
 mod least_radius;
 mod loose;
 mod plates;
@@ -14,6 +15,7 @@ mod sweep;
 pub use assembly::assemble;
 pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
+pub(crate) use known::Known;
 pub use least_radius::DotChanges;
 pub(crate) use loose::{Loose, Shape, invalid};
 pub(crate) use sides::put_together;

@@ -163,7 +163,7 @@ mod tests {
     use super::samples::patches;
     use super::*;
     use crate::base::{Control, signed_area};
-    use crate::drawing::{Loose, put_together};
+    use crate::drawing::{Known, Loose, put_together};
 
     fn area_of_dot(drawing: &Drawing, dot: usize) -> f64 {
         signed_area(&drawing.stipple_outline(dot, drawing.flattening_tolerance()))
@@ -199,8 +199,8 @@ mod tests {
             let drawing = patches(inks, count, seed, false);
             let Drawing { width, height, units, palette, curves, stipples, .. } = drawing.clone();
             let stipples = stipples.into_iter().map(|dot| crate::outlines::Stipple { level: 0, ..dot }).collect();
-            let sides = drawing.sides();
-            let loose = Loose { width, height, units, palette, curves, sides, stipples, ground: Ink::BLACK };
+            let sides = drawing.sides().into_iter().map(|sides| sides.map(Known::of)).collect();
+            let loose = Loose { width, height, units, palette, curves, sides, stipples, dots: Vec::new(), ground: Ink::BLACK };
             let again = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
             let again = Drawing { provenance: drawing.provenance.clone(), ..again };
             assert!(again == drawing, "{inks} inks are other ones");

@@ -250,9 +250,9 @@ impl Reader {
         // A JSON file has names of its own beside those of the provenance.
         provenance.rest.retain(|name, _| !NAMES.contains(&name.as_str()));
         let empty = |provenance| {
-            let (curves, sides, stipples, sources) = (Vec::new(), Vec::new(), Vec::new(), Sources::default());
+            let (curves, sides, stipples, dots, sources) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Sources::default());
             let palette = Palette::default();
-            Contents { width, height, units, palette, curves, sides, stipples, ground, provenance, sources }
+            Contents { width, height, units, palette, curves, sides, stipples, dots, ground, provenance, sources }
         };
         let (contents, again) = (empty(provenance), empty(Provenance::default()));
         Ok(Self { contents, again, has_black: false, is_twice: false, shown: Shown::default(), paper: None })
