@@ -48,7 +48,7 @@ impl Known {
     }
 
     /// What both tell; `None` if they contradict each other.
-    pub(super) fn and(self, other: Self) -> Option<Self> {
+    pub(crate) fn and(self, other: Self) -> Option<Self> {
         let differs = (self.label ^ other.label) & self.bits & other.bits != 0;
         (!differs).then_some(Self { label: self.label | other.label, bits: self.bits | other.bits })
     }

@@ -317,7 +317,8 @@ impl<'a> Sides<'a> {
                 for (curve, other, same) in &across[component as usize] {
                     let its = &mut known[*other as usize];
                     let both = its.and(own.only(*same));
-                    let both = both.ok_or_else(|| invalid(format!("what layers tell beside {} goes not together", name(*curve))))?;
+                    let both =
+                        both.ok_or_else(|| invalid(format!("what layers tell beside {} goes not together", name(*curve))))?;
                     if std::mem::replace(its, both) != both {
                         open.push(*other);
                     }
