@@ -20,3 +20,5 @@ pub use least_radius::DotChanges;
 pub(crate) use loose::{Loose, Shape, invalid};
 pub(crate) use sides::put_together;
 pub use stats::{Stats, Within};
+#[cfg(test)]
+pub(crate) use plates::samples;

@@ -265,3 +265,158 @@ fn piece_key((from, element): &Piece) -> (PieceKey, bool) {
     controls.hash(&mut hasher);
     ((from, to, hasher.finish()), is_reversed)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::base::Control;
+    use crate::drawing::Drawing;
+    use crate::files::export::{Dots, Elements, Export};
+    use crate::files::layers::Style;
+    use crate::files::load_svg::from_svg;
+    use crate::files::svg::to_svg;
+    use crate::options::Only;
+
+    use super::*;
+
+    fn read(svg: &str) -> Result<Drawing> {
+        from_svg(svg.as_bytes(), &Control::new())
+    }
+
+    /// Inks, nodes, seed, and whether inks lie over each other.
+    const DRAWINGS: [(usize, usize, u64, bool); 10] = [
+        (1, 200, 1, false),
+        (2, 300, 2, false),
+        (3, 1200, 3, false),
+        (6, 1200, 4, false),
+        (15, 2500, 5, false),
+        (1, 200, 6, true),
+        (2, 300, 7, true),
+        (3, 1200, 8, true),
+        (4, 1500, 9, true),
+        (6, 2500, 10, true),
+    ];
+
+    fn patches((inks, count, seed, overprint): (usize, usize, u64, bool)) -> Drawing {
+        crate::drawing::samples::patches(inks, count, seed, overprint)
+    }
+
+    /// These inks alone by their numbers; one behind the last stands for the paper.
+    fn only(numbers: impl Iterator<Item = usize>, inks: usize) -> Only {
+        let names: Vec<String> = numbers.map(|k| if k == inks { "paper".to_owned() } else { format!("ink-{k}") }).collect();
+        Only::named(&names.iter().map(String::as_str).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn every_way_of_writing_inks_gives_the_drawing_back() {
+        for of in DRAWINGS {
+            let (drawing, (inks, .., overprint)) = (patches(of), of);
+            let mut ways = vec![Export::default(), Export { only: only(0..=inks, inks), ..Export::default() }];
+            if !overprint {
+                ways.push(Export { style: Style::Layered, ..Export::default() });
+                ways.extend([0, inks - 1].map(|left_out| {
+                    let only = only((0..=inks).filter(|number| *number != left_out), inks);
+                    Export { only, paper: Some("#1af".parse().unwrap()), ..Export::default() }
+                }));
+            }
+            for export in ways {
+                for elements in [Elements::Layers, Elements::Marks] {
+                    let svg = to_svg(&drawing, &Export { elements, ..export.clone() }).unwrap();
+                    assert!(read(&svg).unwrap() == drawing, "{of:?} {export:?}");
+                }
+                let strokes = Export { dots: Dots::Strokes, ..export };
+                let svg = to_svg(&drawing, &strokes).unwrap();
+                let rounded = read(&svg).unwrap();
+                assert!(to_svg(&rounded, &strokes).unwrap() == svg, "{of:?} {strokes:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_leaves_inks_out_is_refused_in_one_sentence() {
+        for (of, numbers, told) in [
+            (DRAWINGS[2], vec![0, 2], "ink-0,ink-2"),
+            (DRAWINGS[2], vec![0, 3], "ink-0,paper"),
+            (DRAWINGS[7], vec![0, 1, 3], "ink-0,ink-1,paper"),
+        ] {
+            let export = Export { only: only(numbers.into_iter(), of.0), ..Export::default() };
+            let error = read(&to_svg(&patches(of), &export).unwrap()).unwrap_err().to_string();
+            let rest = "alone of its inks is not read back: save the drawing with all of them, or as .json";
+            assert_eq!(error, format!("an SVG with {told} {rest}"));
+        }
+    }
+
+    #[test]
+    fn a_canvas_of_one_ink_or_none_is_told_by_every_way_of_writing() {
+        for overprint in [false, true] {
+            for label in 0..=2 {
+                let palette = patches((2, 40, 1, overprint)).palette;
+                let label = if label == 2 { palette.paper_label() } else { Ink::of_label(label) };
+                let parts = crate::outlines::Parts {
+                    width: 30,
+                    height: 20,
+                    units: 16.0,
+                    palette,
+                    curves: vec![],
+                    stipples: vec![],
+                    inks: vec![label],
+                    on_frame: 0,
+                };
+                let drawing = crate::drawing::assemble(parts).unwrap();
+                for only in [Only::default(), only(0..=2, 2)] {
+                    let again = read(&to_svg(&drawing, &Export { only, ..Export::default() }).unwrap()).unwrap();
+                    assert_eq!(again.regions, drawing.regions, "{label:?}");
+                }
+            }
+        }
+    }
+
+    /// What is said of a file of which something is changed.
+    fn told(svg: &str) -> String {
+        let message = read(svg).unwrap_err().to_string();
+        let expected = "this is not a drawing that graphstipple wrote: ";
+        message.strip_prefix(expected).unwrap_or_else(|| panic!("{message}")).to_owned()
+    }
+
+    /// The same without the outline of a layer with this number.
+    fn without(svg: &str, layer: &str, outline: usize) -> String {
+        let begin = svg.find(&format!("<g id=\"{layer}\"")).unwrap();
+        let data = begin + svg[begin..].find(" d=\"").unwrap() + 4;
+        let length = svg[data..].find('"').unwrap();
+        // Every one begins where the one before began, so all that follow move too.
+        let outlines: Vec<&str> = svg[data..data + length].split_inclusive('z').collect();
+        let left: String = outlines.iter().enumerate().filter(|(k, _)| *k != outline).map(|(_, data)| *data).collect();
+        format!("{}{left}{}", &svg[..data], &svg[data + length..])
+    }
+
+    #[test]
+    fn layers_that_contradict_each_other_are_refused() {
+        for of in [DRAWINGS[2], DRAWINGS[7]] {
+            let drawing = patches(of);
+            let svg = to_svg(&drawing, &Export::default()).unwrap();
+            for layer in ["ink-0-regions", "ink-1-regions", "ink-2-stipples"] {
+                for outline in [0, 1] {
+                    assert!(!told(&without(&svg, layer, outline)).is_empty());
+                }
+                let last = svg.find(&format!("<g id=\"{layer}\"")).unwrap();
+                let end = last + svg[last..].find("</g>").unwrap() + 4;
+                assert!(!told(&format!("{}{}", &svg[..last], &svg[end..])).is_empty());
+                let again = svg[last..end].replace(layer, "ink-1-stipples");
+                assert!(told(&format!("{}{again}{}", &svg[..end], &svg[end..])).contains("stands twice in it"));
+            }
+        }
+        let drawing = patches(DRAWINGS[2]);
+        let svg = to_svg(&drawing, &Export { only: only(0..=3, 3), ..Export::default() }).unwrap();
+        let fill = svg.split("ink-1-regions").nth(1).unwrap().split(" fill=\"").nth(1).unwrap().split('"').next().unwrap();
+        assert!(told(&svg.replacen(&format!("fill=\"{fill}\""), "fill=\"#123456\"", 1)).starts_with("the attribute fill of"));
+        for (from, to, sentence) in [
+            (" only=\"ink-0,ink-1,ink-2,paper\"", "", "the layer paper-regions has nothing that its curves bound"),
+            ("only=\"ink-0", "only=\"mauve", "only is mauve,ink-1,ink-2,paper, but it must be inks of the drawing or its paper"),
+            ("paper=\"#", "paper=\"", "paper is fafaf0, but it must be"),
+            ("inks=\"", "overprint=\"false\" inks=\"", "its overprint is \"false\", but it must be \"true\""),
+            ("inks=\"", "overprint=\"true\" inks=\"", "the attribute style of the element <g id=\"ink-0-regions\"> is missing"),
+        ] {
+            let told = told(&svg.replacen(from, to, 1));
+            assert!(told.starts_with(sentence), "{told}");
+        }
+    }
+}

@@ -122,3 +122,33 @@ fn check_regions(told: &[Region], drawing: &Drawing) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::samples::patches;
+    use crate::files::json::to_json;
+
+    #[test]
+    fn drawings_of_inks_are_told_by_their_json() {
+        for (inks, count, seed, overprint) in
+            [(1, 200, 1, false), (3, 900, 2, false), (15, 2500, 3, false), (2, 300, 4, true), (3, 900, 5, true), (6, 2500, 6, true)]
+        {
+            let drawing = patches(inks, count, seed, overprint);
+            let json = to_json(&drawing);
+            let again = from_json(json.as_bytes(), &Control::new()).unwrap();
+            assert!(again == drawing, "{inks} inks, overprint {overprint}");
+            assert_eq!(to_json(&again), json);
+        }
+    }
+
+    #[test]
+    fn curves_in_another_order_are_the_same_drawing() {
+        let drawing = patches(4, 900, 7, false);
+        let mut told: Value = serde_json::from_str(&to_json(&drawing)).unwrap();
+        for name in ["curves", "sides", "stipples"] {
+            told[name].as_array_mut().unwrap().reverse();
+        }
+        assert!(from_json(told.to_string().as_bytes(), &Control::new()).unwrap() == drawing);
+    }
+}

@@ -153,6 +153,12 @@ fn is_shown(style: &str) -> bool {
     matches!(style.trim_end_matches(';'), "display:inline")
 }
 
+/// Whether a style says that the element is shown and multiplies what lies under it, and no more.
+fn multiplies(style: &str) -> bool {
+    let mut parts = style.trim_end_matches(';').split(';');
+    style.contains(MULTIPLY) && parts.all(|part| part == MULTIPLY || is_shown(part))
+}
+
 /// Refuses an element with anything in it that draws.
 fn check_leaf(node: Node<'_, '_>) -> Result<()> {
     drawn_children(node).find(|child| !is_svg(*child, "metadata")).map_or(Ok(()), |child| Err(not_ours(child)))
@@ -321,7 +327,7 @@ impl Reader {
         let is_plain = palette.is_black_and_white();
         let known = ["transform", "fill", "stroke", "stroke-linecap", "style"];
         check_attributes(group, if palette.overprint() { &known } else { &known[..4] })?;
-        if palette.overprint() && group.attribute("style") != Some(MULTIPLY) {
+        if palette.overprint() && !group.attribute("style").is_some_and(multiplies) {
             return Err(other_value(group, "style"));
         }
         let has_strokes = kind.is_dots && group.has_attribute("stroke");
