@@ -18,7 +18,7 @@ pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub(crate) use known::Known;
 pub use least_radius::DotChanges;
 pub(crate) use loose::{Loose, Shape, invalid};
-pub(crate) use sides::put_together;
-pub use stats::{Stats, Within};
 #[cfg(test)]
 pub(crate) use plates::samples;
+pub(crate) use sides::put_together;
+pub use stats::{Stats, Within};
