@@ -226,7 +226,7 @@ def check_same_drawing(loaded: gs.Drawing, drawing: gs.Drawing) -> None:
         assert len(one.holes) == len(other.holes)
         for hole, other_hole in zip(one.holes, other.holes, strict=True):
             np.testing.assert_array_equal(hole, other_hole)
-    hows: list[dict[str, Any]] = [{}, {"only": ",".join((*drawing.inks, drawing.paper_name))}, {"style": "layered"}]
+    hows: list[dict[str, Any]] = [{}, {"only": ",".join((*drawing.inks, drawing.paper[0]))}, {"style": "layered"}]
     # Inks over each other are flat.
     for how in hows[: 2 if drawing.options.overprint else 3]:
         assert loaded.svg(**how) == drawing.svg(**how)
@@ -313,7 +313,7 @@ def test_edges_of_many_inks_drawn_by_hand_are_sound_and_survive_files(
     options = gs.Options(inks=COLOURS, paper="#f4efe2", overprint=overprint, wobble=wobble, edge=edge)  # type: ignore[arg-type]
     drawing = gs.draw(photo("astronaut", 160, 120), options=options)
     canvas = drawing.width * drawing.height
-    areas = {name: drawing.to_shapely(name) for name in (*drawing.inks, drawing.paper_name)}
+    areas = {name: drawing.to_shapely(name) for name in (*drawing.inks, drawing.paper[0])}
     assert all(area.is_valid and area.area > 0 for area in areas.values())
     if not overprint:
         check_picture(drawing, drawing.width, drawing.height)

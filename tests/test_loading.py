@@ -34,6 +34,9 @@ SHOWN = (0, 1, 2)
 FINE = 4
 """Pictures are compared this many times as large and averaged, so that how a program antialiases hardly counts."""
 
+MUTANTS = int(os.environ.get("GRAPHSTIPPLE_MUTANTS", "150"))
+"""How many mutants of each format are tried."""
+
 MEAN_TOLERANCE = 2.5
 """Mean difference of two pictures, of 255: as in test_formats.py."""
 
@@ -117,10 +120,97 @@ def test_control_points_on_the_edge_of_the_canvas_survive_every_file(
         assert same_files(gs.load(tmp_path / f"{number}.svg"), drawing)
 
 
-# Others --------------------------------------------------------------------------------------------------------------------------
+# Several inks --------------------------------------------------------------------------------------------------------------------
 
-MUTANTS = int(os.environ.get("GRAPHSTIPPLE_MUTANTS", "150"))
-"""How many mutants of each format are tried."""
+RISO: dict[str, Any] = {"inks": "#1d1d1b,pink=#ff48b0,#0078bf", "paper": "#f4efe2"}
+
+INKS: dict[str, dict[str, Any]] = {
+    "one": {"inks": "#c81e1e"},
+    "levels": {"levels": 5},
+    "extracted": {"extract_inks": 4},
+    "solid": RISO,
+    "overprint": {**RISO, "overprint": True},
+}
+
+
+def coloured(seed: int) -> NDArray[np.uint8]:
+    """Return a small picture of waves, of noise, or of few colours, by turns."""
+    random = np.random.default_rng(seed)
+    height, width = random.integers(8, 36, 2).tolist()
+    if seed % 3 == 0:
+        y, x = np.mgrid[:height, :width]
+        waves = [np.sin(x * a + y * b + c) for a, b, c in random.uniform(0.0, 1.0, (3, 3))]
+        return (127.5 + 127.5 * np.stack(waves, axis=-1)).astype(np.uint8)
+    if seed % 3 == 1:
+        return random.integers(0, 256, (height, width, 3)).astype(np.uint8)
+    image = np.full((height, width, 3), random.integers(0, 256, 3), dtype=np.uint8)
+    image[height // 3 :, width // 4 :] = random.integers(0, 256, 3)
+    image[: height // 2, width // 2 :] = random.integers(0, 256, 3)
+    return image
+
+
+def ways_of_inks(drawing: gs.Drawing, *, overprint: bool) -> list[dict[str, Any]]:
+    """Return the settings with which an SVG tells all of a drawing."""
+    names = [*drawing.inks, "paper"]
+    ways: list[dict[str, Any]] = [{}, {"elements": "marks"}, {"only": ",".join(names), "margin": "3mm"}]
+    if not overprint:
+        ways += [{"style": "layered"}, {"style": "layered", "elements": "marks"}]
+        ways += [{"only": ",".join(names[:-2] + names[-1:])}, {"only": ",".join(names[1:]), "paper": "none"}]
+    return ways
+
+
+@pytest.mark.parametrize("kind", INKS)
+@pytest.mark.parametrize("further", [{}, {"irregularity": 1.0}, {"nodes_per_pixel": 1.0}], ids=["plain", "irregular", "dense"])
+def test_drawings_of_inks_survive_every_file(kind: str, further: dict[str, Any], tmp_path: Path) -> None:
+    for seed in range(6):
+        drawing = gs.draw(coloured(seed), options=gs.Options(**INKS[kind], **further))
+        drawing.save(tmp_path / "drawing.json")
+        assert gs.load(tmp_path / "drawing.json").json() == drawing.json()
+        for how in ways_of_inks(drawing, overprint=kind == "overprint"):
+            drawing.save(tmp_path / "drawing.svg", **how)
+            loaded = gs.load(tmp_path / "drawing.svg")
+            assert loaded.json() == drawing.json(), (seed, how)
+            assert loaded.svg(**how) == drawing.svg(**how), (seed, how)
+        # Radii of strokes are rounded once.
+        drawing.save(tmp_path / "strokes.svg", dots="strokes")
+        assert gs.load(tmp_path / "strokes.svg").svg(dots="strokes") == (tmp_path / "strokes.svg").read_text()
+
+
+def test_a_file_that_leaves_inks_out_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "drawing.svg"
+    for kind, only in (("solid", "pink,0078bf"), ("solid", "pink,paper"), ("overprint", "1d1d1b,pink,paper")):
+        gs.draw(coloured(0), options=gs.Options(**INKS[kind])).save(path, only=only)
+        rule = "alone of its inks is not read back: save the drawing with all of them, or as .json"
+        assert refusal(path) == f"{path}: an SVG with {only} {rule}"
+
+
+@pytest.mark.parametrize("kind", ["levels", "solid", "overprint"])
+def test_mutants_of_inks_are_drawings_or_refused(kind: str, tmp_path: Path) -> None:
+    path, accepted = tmp_path / "mutant.svg", 0
+    drawings = [gs.draw(coloured(seed), options=gs.Options(**INKS[kind])) for seed in range(4)]
+    for seed in range(MUTANTS):
+        random = np.random.default_rng(seed)
+        drawing = drawings[seed % len(drawings)]
+        ways = ways_of_inks(drawing, overprint=kind == "overprint")
+        path.write_text(mutant_of_svg(drawing.svg(**ways[int(random.integers(len(ways)))]), random))
+        try:
+            loaded = gs.load(path)
+        except gs.ImageFileError:
+            refusal(path)
+            continue
+        accepted += 1
+        try:
+            check_picture(loaded, loaded.width, loaded.height)
+            for how in ways_of_inks(loaded, overprint=kind == "overprint"):
+                loaded.save(tmp_path / "again.svg", **how)
+                assert gs.load(tmp_path / "again.svg").json() == loaded.json()
+        except Exception as error:
+            raise AssertionError(f"mutant {seed} was loaded") from error
+    # Some change nothing that is drawn; a boundary that is moved in one layer alone is no drawing's.
+    assert 0 < accepted < 0.6 * MUTANTS
+
+
+# Others --------------------------------------------------------------------------------------------------------------------------
 
 NO_DRAWING = "this is not a drawing that graphstipple wrote: "
 

@@ -41,7 +41,8 @@ pub fn assemble(parts: Parts) -> Result<Drawing> {
     let mut placed: Vec<(Point, BezPath, [u32; 2])> =
         parts.curves.into_par_iter().map(|(path, beside)| (top_of_curve(&path), path, beside)).collect();
     // Whatever the number of threads, what is equal stays in its order: so in all sorts here.
-    placed.par_sort_by(|a, b| from_the_top(a.0, b.0));
+    // Curves that have their top in one junction differ in what follows.
+    placed.par_sort_by(|a, b| from_the_top(a.0, b.0).then_with(|| by_points(&a.1, &b.1)));
     let tops: Vec<Point> = placed.iter().map(|(top, _, _)| *top).collect();
     let (curves, beside): (Vec<BezPath>, Vec<[u32; 2]>) = placed.into_iter().map(|(_, path, beside)| (path, beside)).unzip();
     drawing.curves = curves;
@@ -183,6 +184,19 @@ fn top(drawing: &Drawing, tops: &[Point], ring: &Ring) -> Point {
 
 fn top_of_curve(path: &BezPath) -> Point {
     path.elements().iter().filter_map(PathEl::end_point).min_by(|a, b| from_the_top(*a, *b)).unwrap_or_default()
+}
+
+/// An order of curves by their points alone, in their own direction.
+fn by_points(a: &BezPath, b: &BezPath) -> Ordering {
+    let points_of = |element: &PathEl| match *element {
+        PathEl::MoveTo(p) | PathEl::LineTo(p) => [Some(p), None, None],
+        PathEl::QuadTo(c, p) => [Some(c), Some(p), None],
+        PathEl::CurveTo(c, d, p) => [Some(c), Some(d), Some(p)],
+        PathEl::ClosePath => [None; 3],
+    };
+    let [a, b] = [a, b].map(|path| path.elements().iter().flat_map(points_of).flatten().map(|p| [p.y, p.x]));
+    // Coordinates are numbers.
+    a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
 
 fn from_the_top(a: Point, b: Point) -> Ordering {

@@ -5,8 +5,6 @@
 //! canvas is wide and high. Flattened, all but the ends of open curves lies inside the frame, and nothing touches or crosses anything,
 //! itself included. Dots touch nothing. Time is n log n and memory linear in the number of points.
 
-use std::collections::HashMap;
-
 use kurbo::{BezPath, CubicBez, PathEl, Point, QuadBez};
 use rayon::prelude::*;
 
@@ -14,7 +12,8 @@ use crate::base::{
     Control, Error, Frame, Ink, Palette, Result, bend_of_cubic, bend_of_quad, circle_polygon, flatten_path, flattening_steps,
     flattening_tolerance, in_one_line, is_closed,
 };
-use crate::drawing::assembly::{bits, junctions};
+use crate::drawing::assembly::ends_of;
+use crate::drawing::known::Known;
 use crate::drawing::sweep::{Line, Meeting, Swept, Top, sweep};
 use crate::outlines::Stipple;
 
@@ -37,11 +36,13 @@ pub(crate) struct Loose {
     pub(crate) height: usize,
     pub(crate) units: f64,
     pub(crate) palette: Palette,
-    /// The lower ink on their left.
+    /// The lower ink on their left, where it is known what is on both sides.
     pub(crate) curves: Vec<BezPath>,
-    /// What is on the left and on the right of every curve; where there is nothing, black and white.
-    pub(crate) sides: Vec<[Ink; 2]>,
+    /// What is known to be on the left and on the right of every curve; where there is nothing, black and white.
+    pub(crate) sides: Vec<[Known; 2]>,
     pub(crate) stipples: Vec<Stipple>,
+    /// What is known of the inks of dots, where it is not all: the rest of an ink is that around the dot.
+    pub(crate) dots: Vec<Known>,
     /// Ink of the canvas if there is nothing on it.
     pub(crate) ground: Ink,
 }
@@ -60,13 +61,13 @@ impl Loose {
     /// Curves and dots of black and white, on white, with 16 units to a pixel.
     #[cfg(test)]
     pub(crate) fn plain(width: usize, height: usize, curves: Vec<BezPath>, stipples: Vec<Stipple>) -> Self {
-        let (palette, sides) = (Palette::default(), Vec::new());
-        Self { width, height, units: 16.0, palette, curves, sides, stipples, ground: Ink::WHITE }
+        let (palette, sides, dots) = (Palette::default(), Vec::new(), Vec::new());
+        Self { width, height, units: 16.0, palette, curves, sides, stipples, dots, ground: Ink::WHITE }
     }
 
-    /// What is on the left and on the right of a curve.
-    pub(super) fn inks(&self, curve: usize) -> [Ink; 2] {
-        self.sides.get(curve).copied().unwrap_or([Ink::BLACK, Ink::WHITE])
+    /// What is known to be on the left and on the right of a curve.
+    pub(super) fn inks(&self, curve: usize) -> [Known; 2] {
+        self.sides.get(curve).copied().unwrap_or([Ink::BLACK, Ink::WHITE].map(Known::of))
     }
 
     pub(super) fn frame(&self) -> Frame {
@@ -133,9 +134,8 @@ impl Loose {
             }
         }
         let frame = self.frame();
-        let gaps = self.gaps(tolerance);
         let line = |(number, curve): (usize, &BezPath)| {
-            let mut points = flatten_path(curve, tolerance);
+            let points = flatten_path(curve, tolerance);
             let closed = is_closed(curve);
             let inner = if closed { &points[..] } else { &points[1..points.len() - 1] };
             let refused = |what| (Shape::Curve(number), what);
@@ -147,18 +147,10 @@ impl Loose {
             if lies_on_frame || !inner.iter().all(|[x, y]| frame.holds(Point::new(*x, *y))) {
                 return Err(refused("touches or crosses the edge of the canvas"));
             }
-            let mut joins = false;
-            if !closed {
-                let last = points.len() - 1;
-                for (end, next) in [(0, 1), (last, last - 1)] {
-                    if let Some(gap) = gaps.get(&bits(Point::new(points[end][0], points[end][1]))) {
-                        joins = true;
-                        points[end] = beside_junction(points[end], points[next], *gap);
-                    }
-                }
-            }
+            // What does not end on the frame ends in a junction.
+            let joins = ends_of(curve).map(|end| !closed && frame.holds(end));
             let line = Line::new(points.into_iter(), closed).ok_or_else(|| refused("encloses nothing"))?;
-            Ok(if joins { line.joining() } else { line })
+            Ok(line.joining(joins))
         };
         let of_curves = self.curves.par_iter().enumerate().map(line);
         let of_dots = self.stipples.par_iter().enumerate().map(|(number, dot)| {
@@ -177,43 +169,14 @@ impl Loose {
 }
 
 impl Loose {
-    /// How far above every junction the sweep sees curves end that come from above: much less than their last edges reach. So they do
-    /// not touch those that begin in it and go down. A gap below it would be seen through from what begins on the same level.
-    fn gaps(&self, tolerance: f64) -> HashMap<[u64; 2], f64> {
-        let junctions = junctions(self.frame(), &self.curves);
-        let gap = |ends: &[(u32, bool)]| {
-            let heights = ends.iter().map(|(curve, begins)| {
-                let points = flatten_path(&self.curves[*curve as usize], tolerance);
-                let last = points.len() - 1;
-                let [[x, y], [next_x, next_y]] = if *begins { [points[0], points[1]] } else { [points[last], points[last - 1]] };
-                // One that leaves on a level is cut by as much of its length.
-                let (across, down) = ((next_x - x).abs(), (next_y - y).abs());
-                if down > LEVEL { down } else { across }
-            });
-            GAP * heights.fold(f64::INFINITY, f64::min)
-        };
-        junctions.par_iter().map(|(at, ends)| (*at, gap(ends))).collect()
+    /// The point of a curve next to its begin, or its end: where the sweep sees it go.
+    pub(super) fn next_to(&self, curve: u32, begins: bool) -> [f64; 2] {
+        let elements = self.curves[curve as usize].elements();
+        let piece = if begins { &elements[..2] } else { &elements[elements.len() - 2..] };
+        let from = piece[0].end_point().unwrap_or_default();
+        let points = flatten_path(&BezPath::from_vec(vec![PathEl::MoveTo(from), piece[1]]), flattening_tolerance(self.units));
+        points[if begins { 1 } else { points.len() - 2 }]
     }
-}
-
-/// The part of the shortest edge from a junction that the sweep does not see.
-const GAP: f64 = 1.0 / 1024.0;
-
-/// An edge from a junction that rises or falls by no more, in pixels, is on a level: so little of it would be lost in the last digits.
-const LEVEL: f64 = 1.0 / 1_048_576.0;
-
-/// Where the sweep sees a curve end whose next point from a junction is this one: a gap above it, or to its left if it is on a level; in
-/// the junction itself if it goes down, or to the right.
-fn beside_junction([x, y]: [f64; 2], [next_x, next_y]: [f64; 2], gap: f64) -> [f64; 2] {
-    let (across, down) = (next_x - x, next_y - y);
-    if (next_y, next_x) > (y, x) {
-        return [x, y];
-    }
-    if down.abs() <= LEVEL {
-        let share = gap / across.abs();
-        return [x + share * across, y + share * down];
-    }
-    [x + across * (gap / down.abs()), y + gap.copysign(down)]
 }
 
 /// A polygon around the circle of a dot and around its own polygon, which regions have for a hole. Between two corners of that one, where

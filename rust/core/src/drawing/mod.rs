@@ -4,6 +4,7 @@
 mod assembly;
 mod data;
 mod joined;
+mod known;
 mod least_radius;
 mod loose;
 mod plates;
@@ -14,7 +15,10 @@ mod sweep;
 pub use assembly::assemble;
 pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
+pub(crate) use known::Known;
 pub use least_radius::DotChanges;
 pub(crate) use loose::{Loose, Shape, invalid};
+#[cfg(test)]
+pub(crate) use plates::samples;
 pub(crate) use sides::put_together;
 pub use stats::{Stats, Within};

@@ -167,7 +167,7 @@ mod tests {
     use super::samples::{patches, patches_shaped};
     use super::*;
     use crate::base::{Control, signed_area};
-    use crate::drawing::{Loose, put_together};
+    use crate::drawing::{Known, Loose, put_together};
     use crate::options::{Edge, Options};
 
     fn area_of_dot(drawing: &Drawing, dot: usize) -> f64 {
@@ -209,9 +209,9 @@ mod tests {
     fn assert_told_by_curves(drawing: &Drawing) {
         let Drawing { width, height, units, palette, curves, stipples, .. } = drawing.clone();
         let stipples = stipples.into_iter().map(|dot| crate::outlines::Stipple { level: 0, ..dot }).collect();
-        let sides = drawing.sides();
+        let sides = drawing.sides().into_iter().map(|sides| sides.map(Known::of)).collect();
         let inks = palette.inks().len();
-        let loose = Loose { width, height, units, palette, curves, sides, stipples, ground: Ink::BLACK };
+        let loose = Loose { width, height, units, palette, curves, sides, stipples, dots: Vec::new(), ground: Ink::BLACK };
         let again = put_together(loose, &|shape| format!("{shape:?}"), &Control::new()).unwrap();
         let again = Drawing { provenance: drawing.provenance.clone(), ..again };
         assert!(again == *drawing, "{inks} inks are other ones");

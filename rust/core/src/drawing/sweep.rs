@@ -26,8 +26,8 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Line {
     points: Vec<[f64; 2]>,
     closed: bool,
-    /// Whether others of this kind may begin where it does.
-    joins: bool,
+    /// Whether others may begin and end where it begins, and where it ends, as in a junction.
+    joins: [bool; 2],
 }
 
 impl Line {
@@ -40,12 +40,12 @@ impl Line {
             points.pop();
         }
         let is_line = if closed { points.len() >= 3 } else { points.first() != points.last() };
-        is_line.then_some(Self { points, closed, joins: false })
+        is_line.then_some(Self { points, closed, joins: [false; 2] })
     }
 
-    /// The line, where others of this kind may begin where it does, as in a junction.
-    pub(super) fn joining(self) -> Self {
-        Self { joins: true, ..self }
+    /// The line, an open one, where other ends that join may lie on its begin, and on its end.
+    pub(super) fn joining(self, joins: [bool; 2]) -> Self {
+        Self { joins, ..self }
     }
 }
 
@@ -113,22 +113,21 @@ pub(super) fn sweep(lines: &[Line], control: &Control) -> Result<Swept> {
         if let Some(lines) = chains.collision(group) {
             return Ok(Swept::Meeting(Meeting::of(lines, at)));
         }
-        let met = match chains.kind(group[0]) {
-            Kind::Between => front.advance(group[0].chain),
-            Kind::End => front.remove(group),
-            Kind::Begin => {
-                let (left, met) = front.insert(group);
-                let line = chains.line(left);
-                if !std::mem::replace(&mut seen[line as usize], true) {
-                    let falls = |chain: u32| chains.all[chain as usize].falls;
-                    let before = front.before[left as usize];
-                    let beside = (before != NONE).then(|| Neighbour { line: chains.line(before), falls: falls(before) });
-                    let end = (group.iter().filter(|event| chains.line(event.chain) == line).count() == 1).then(|| falls(left));
-                    tops.push(Top { line, point: at, beside, turns_left: !falls(left), end });
-                }
-                met
+        let of_kind = |kind: Kind| -> Vec<Event> { group.iter().copied().filter(|event| chains.kind(*event) == kind).collect() };
+        let (ending, beginning) = (of_kind(Kind::End), of_kind(Kind::Begin));
+        let mut met = if ending.is_empty() && beginning.is_empty() { front.advance(group[0].chain) } else { front.remove(&ending) };
+        if !beginning.is_empty() {
+            let (left, meeting) = front.insert(&beginning);
+            met = met.or(meeting);
+            let line = chains.line(left);
+            if !std::mem::replace(&mut seen[line as usize], true) {
+                let falls = |chain: u32| chains.all[chain as usize].falls;
+                let before = front.before[left as usize];
+                let beside = (before != NONE).then(|| Neighbour { line: chains.line(before), falls: falls(before) });
+                let end = (beginning.iter().filter(|event| chains.line(event.chain) == line).count() == 1).then(|| falls(left));
+                tops.push(Top { line, point: at, beside, turns_left: !falls(left), end });
             }
-        };
+        }
         if let Some([a, b]) = met {
             return Ok(Swept::Meeting(Meeting::of([a, b].map(|chain| chains.line(chain)), at)));
         }
@@ -161,8 +160,8 @@ struct Chain {
     end: u32,
     /// Whether the line itself runs that way.
     falls: bool,
-    /// Whether its line may begin where others do.
-    joins: bool,
+    /// Whether it begins, and whether it ends, in an end of its line that joins others.
+    joins: [bool; 2],
     /// Where the edge begins that the sweep has come to.
     current: Cell<u32>,
 }
@@ -208,7 +207,11 @@ impl Chains {
                 }
                 let end = chains.points.len() as u32;
                 let (falls, current) = (falls(from), Cell::new(begin as u32));
-                chains.all.push(Chain { line: number, begin: begin as u32, end, falls, joins: line.joins, current });
+                let mut joins = [line.joins[0] && from == 0, line.joins[1] && to == edges];
+                if !falls {
+                    joins.reverse();
+                }
+                chains.all.push(Chain { line: number, begin: begin as u32, end, falls, joins, current });
                 from = to;
             }
         }
@@ -236,10 +239,16 @@ impl Chains {
         }
     }
 
-    /// The lines that collide in a point; `None` if all that is there is one line, which passes, begins, ends or turns once.
+    /// The lines that collide in a point; `None` if all that is there is one line, which passes, begins, ends or turns once, or are ends
+    /// that join.
     fn collision(&self, group: &[Event]) -> Option<[u32; 2]> {
         let first = group[0];
-        if group.len() > 1 && group.iter().all(|event| self.kind(*event) == Kind::Begin && self.all[event.chain as usize].joins) {
+        let joins = |event: &Event| match self.kind(*event) {
+            Kind::Begin => self.all[event.chain as usize].joins[0],
+            Kind::Between => false,
+            Kind::End => self.all[event.chain as usize].joins[1],
+        };
+        if group.iter().all(joins) {
             return None;
         }
         let goes_on = match *group {
@@ -274,7 +283,7 @@ impl<'a> Front<'a> {
         self.meeting(self.before[chain as usize], chain).or_else(|| self.meeting(chain, self.after[chain as usize]))
     }
 
-    /// Takes up the one or two chains that begin in a point; returns the one on the left, too.
+    /// Takes up the chains that begin in a point; returns the one on the left, too.
     fn insert(&mut self, group: &[Event]) -> (u32, Option<[u32; 2]>) {
         let mut begun: Vec<UnderWay> = group.iter().map(|event| UnderWay { chain: event.chain, chains: self.chains }).collect();
         begun.sort_unstable();
@@ -291,7 +300,7 @@ impl<'a> Front<'a> {
         (numbers[0], met)
     }
 
-    /// Leaves the one or two chains that end in a point.
+    /// Leaves the chains that end in a point.
     fn remove(&mut self, group: &[Event]) -> Option<[u32; 2]> {
         let mut beside = [NONE; 2];
         for event in group {
@@ -428,6 +437,33 @@ mod tests {
             (vec![[1.0, 3.0], [5.0, 1.0], [9.0, 3.0], [5.0, 1.0]], "it has no inside but turns"),
         ] {
             assert_eq!(meeting(&[line(&points, true)]), Some([0, 0]), "{why}");
+        }
+    }
+
+    #[test]
+    fn ends_that_join_do_not_touch_and_nothing_is_seen_through_them() {
+        let joining = |points: &[[f64; 2]], joins| line(points, false).joining(joins);
+        let junction = || {
+            [
+                joining(&[[5.0, 0.0], [5.0, 5.0]], [false, true]),
+                joining(&[[5.0, 5.0], [5.0, 10.0]], [true, false]),
+                joining(&[[2.0, 6.0], [5.0, 5.0]], [false, true]),
+            ]
+        };
+        for (top, expected) in [(5.0_f64.next_down(), 0), (5.0, 1), (5.0_f64.next_up(), 1)] {
+            let [a, b, c] = junction();
+            let tops = tops(&[a, b, c, square(7.0, top, 1.0)]);
+            let found = tops.iter().find(|top| top.line == 3).and_then(|top| top.beside);
+            assert_eq!(found, Some(Neighbour { line: expected, falls: true }), "{top}");
+        }
+        for (other, why) in [
+            (joining(&[[8.0, 6.0], [5.0, 5.0]], [true, false]), "an end that does not join"),
+            (joining(&[[8.0, 9.0], [5.0, 5.0], [9.0, 8.0]], [true, true]), "a turn between ends that join"),
+            (joining(&[[8.0, 2.0], [5.0, 5.0], [9.0, 8.0]], [true, true]), "a line that passes"),
+            (joining(&[[5.0, 5.0], [5.0, 8.0]], [true, false]), "one on another"),
+        ] {
+            let [a, b, c] = junction();
+            assert!(meeting(&[a, b, c, other]).is_some(), "{why}");
         }
     }
 

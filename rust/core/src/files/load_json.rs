@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use crate::base::{Control, Ink, Palette, Result, WrittenPalette};
-use crate::drawing::{Drawing, Provenance, invalid};
+use crate::drawing::{Drawing, Known, Provenance, invalid};
 use crate::files::json::{Canvas, Dot, FORMAT};
 use crate::files::load::{Contents, rebuild};
 use crate::files::sources::Sources;
@@ -44,14 +44,14 @@ pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
         let told = format!("it tells what is beside {} curves, but it has {}", document.sides.len(), document.curves.len());
         return Err(invalid(told));
     }
-    let beside = |(number, labels): (usize, &[u8; 2])| -> Result<[Ink; 2]> {
+    let beside = |(number, labels): (usize, &[u8; 2])| -> Result<[Known; 2]> {
         let [left, right] = labels.map(ink_of);
         let named = |told| invalid(format!("a side of curve {number} {told}"));
         let sides = [left.map_err(named)?, right.map_err(named)?];
         if sides[0] >= sides[1] {
             return Err(invalid(format!("curve {number} has the inks {labels:?} beside it, but the left must be the lower")));
         }
-        Ok(sides)
+        Ok(sides.map(Known::of))
     };
     let stipple = |(number, dot): (usize, Dot)| {
         let ink = ink_of(dot.ink).map_err(|told| invalid(format!("stipple {number} {told}")))?;
@@ -67,6 +67,7 @@ pub(super) fn from_json(bytes: &[u8], control: &Control) -> Result<Drawing> {
         curves: document.curves.iter().enumerate().map(curve).collect::<Result<_>>()?,
         sides: document.sides.iter().enumerate().map(beside).collect::<Result<_>>()?,
         stipples: document.stipples.into_iter().enumerate().map(stipple).collect::<Result<_>>()?,
+        dots: Vec::new(),
         ground: document.regions.first().map_or(Ok(palette.paper_label()), |region| ink_of(region.ink)).map_err(invalid)?,
         provenance: Provenance {
             version: document.version,
@@ -120,4 +121,34 @@ fn check_regions(told: &[Region], drawing: &Drawing) -> Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::samples::patches;
+    use crate::files::json::to_json;
+
+    #[test]
+    fn drawings_of_inks_are_told_by_their_json() {
+        for (inks, count, seed, overprint) in
+            [(1, 200, 1, false), (3, 900, 2, false), (15, 2500, 3, false), (2, 300, 4, true), (3, 900, 5, true), (6, 2500, 6, true)]
+        {
+            let drawing = patches(inks, count, seed, overprint);
+            let json = to_json(&drawing);
+            let again = from_json(json.as_bytes(), &Control::new()).unwrap();
+            assert!(again == drawing, "{inks} inks, overprint {overprint}");
+            assert_eq!(to_json(&again), json);
+        }
+    }
+
+    #[test]
+    fn curves_in_another_order_are_the_same_drawing() {
+        let drawing = patches(4, 900, 7, false);
+        let mut told: Value = serde_json::from_str(&to_json(&drawing)).unwrap();
+        for name in ["curves", "sides", "stipples"] {
+            told[name].as_array_mut().unwrap().reverse();
+        }
+        assert!(from_json(told.to_string().as_bytes(), &Control::new()).unwrap() == drawing);
+    }
 }

@@ -11,15 +11,16 @@ use std::fmt;
 use kurbo::{BezPath, PathEl};
 use roxmltree::{Document, Node};
 
-use crate::base::{Color, Control, Ink, Palette, Result, in_one_line};
+use crate::base::{Color, Control, Ink, Palette, Result, WrittenPalette, in_one_line};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::NAMES;
 use crate::files::layers::{Area, Style};
 use crate::files::load::{Contents, Subpath, rebuild};
+use crate::files::load_inks::{OfLayer, Outlines};
 use crate::files::read_path::{PathReader, circle, number};
 use crate::files::sources::Sources;
 use crate::files::strokes::FINER;
-use crate::files::svg::NAMESPACE;
+use crate::files::svg::{MULTIPLY, NAMESPACE};
 use crate::files::text_of;
 use crate::options::Only;
 use crate::photo::check_size;
@@ -152,6 +153,12 @@ fn is_shown(style: &str) -> bool {
     matches!(style.trim_end_matches(';'), "display:inline")
 }
 
+/// Whether a style says that the element is shown and multiplies what lies under it, and no more.
+fn multiplies(style: &str) -> bool {
+    let mut parts = style.trim_end_matches(';').split(';');
+    style.contains(MULTIPLY) && parts.all(|part| part == MULTIPLY || is_shown(part))
+}
+
 /// Refuses an element with anything in it that draws.
 fn check_leaf(node: Node<'_, '_>) -> Result<()> {
     drawn_children(node).find(|child| !is_svg(*child, "metadata")).map_or(Ok(()), |child| Err(not_ours(child)))
@@ -172,35 +179,32 @@ enum Role {
 }
 
 impl Role {
-    fn of(id: &str) -> Option<Self> {
+    fn of(id: &str, palette: &Palette) -> Option<Self> {
+        let is_plain = palette.is_black_and_white();
         match id {
             "paper" => return Some(Self::Paper),
-            "underlay" => return Some(Self::Underlay),
+            "underlay" if is_plain => return Some(Self::Underlay),
             _ => {}
         }
-        let (level, name) = match id.strip_prefix("level-") {
-            None => (0, id),
-            Some(rest) => {
-                let (level, name) = rest.split_once('-')?;
-                let number: u32 = level.parse().ok().filter(|number| *number > 0)?;
-                (number, name)
-            }
+        let number = |name: &str| {
+            let number = palette.inks().iter().position(|ink| ink.name == name);
+            number.or_else(|| (name == palette.paper_name()).then_some(palette.inks().len()))
         };
-        let (ink, kind) = name.split_once('-')?;
-        let ink = match ink {
-            "black" => Ink::BLACK,
-            "white" => Ink::WHITE,
-            _ => return None,
+        let kind_of = |level: u32, name: &str| {
+            let (ink, kind) = name.rsplit_once('-')?;
+            let ink = Ink::of_label(number(ink)? as u8);
+            let is_dots = ["regions", "stipples"].iter().position(|known| *known == kind)? == 1;
+            Some(Kind { level, ink, is_dots })
         };
+        // An ink may be called as a level is.
+        if let Some(kind) = kind_of(0, id) {
+            return Some(Self::Layer(kind));
+        }
+        let (level, name) = id.strip_prefix("level-")?.split_once('-')?;
+        let kind = kind_of(level.parse().ok().filter(|level| *level > 0)?, name)?;
         // Black lies on the paper, white on black.
-        if level > 0 && level % 2 != u32::from(ink == Ink::BLACK) {
-            return None;
-        }
-        match kind {
-            "regions" => Some(Self::Layer(Kind { level, ink, is_dots: false })),
-            "stipples" => Some(Self::Layer(Kind { level, ink, is_dots: true })),
-            _ => None,
-        }
+        let is_possible = if is_plain { kind.level % 2 == u32::from(kind.ink == Ink::BLACK) } else { !palette.overprint() };
+        is_possible.then_some(Self::Layer(kind))
     }
 }
 
@@ -209,6 +213,7 @@ impl Role {
 struct Kind {
     /// 0 in a flat drawing.
     level: u32,
+    /// Of a flat drawing the number of the ink, which is the label unless inks lie over each other.
     ink: Ink,
     is_dots: bool,
 }
@@ -218,6 +223,8 @@ struct Reader {
     contents: Contents,
     /// What the white layers of a flat drawing with both inks say: the same again.
     again: Contents,
+    /// The outlines of other inks than black and white, until all are read.
+    outlines: Option<Outlines>,
     /// Whether a flat drawing has black, and so whether it is told twice.
     has_black: bool,
     is_twice: bool,
@@ -236,10 +243,7 @@ impl Reader {
         let pixels = |name: &str| value(name).parse::<usize>().map_err(|_| missing(name));
         let (width, height) = (pixels("width")?, pixels("height")?);
         check_size(width, height)?;
-        if about.has_attribute("inks") {
-            let what = "an SVG of other inks than black on white is not read back: save the drawing as .json too";
-            return Err(crate::Error::Input(what.to_owned()));
-        }
+        let (palette, only) = inks(about)?;
         let units = number(value("units")).filter(|units| *units >= 1.0).ok_or_else(|| missing("units"))?;
         let ground = match about.attribute("ground") {
             None => Ink::WHITE,
@@ -250,12 +254,20 @@ impl Reader {
         // A JSON file has names of its own beside those of the provenance.
         provenance.rest.retain(|name, _| !NAMES.contains(&name.as_str()));
         let empty = |provenance| {
-            let (curves, sides, stipples, sources) = (Vec::new(), Vec::new(), Vec::new(), Sources::default());
-            let palette = Palette::default();
-            Contents { width, height, units, palette, curves, sides, stipples, ground, provenance, sources }
+            let (curves, sides, stipples, dots, sources) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Sources::default());
+            let palette = palette.clone();
+            Contents { width, height, units, palette, curves, sides, stipples, dots, ground, provenance, sources }
         };
         let (contents, again) = (empty(provenance), empty(Provenance::default()));
-        Ok(Self { contents, again, has_black: false, is_twice: false, shown: Shown::default(), paper: None })
+        let drawn = only.of(&palette)?;
+        let outlines = (!palette.is_black_and_white()).then(|| Outlines::new(palette, drawn));
+        if outlines.as_ref().is_some_and(|outlines| !outlines.are_enough()) {
+            let what =
+                format!("an SVG with {only} alone of its inks is not read back: save the drawing with all of them, or as .json");
+            return Err(crate::Error::Input(what));
+        }
+        let shown = Shown { only, ..Shown::default() };
+        Ok(Self { contents, again, outlines, has_black: false, is_twice: false, shown, paper: None })
     }
 
     /// Reads the groups of the root, on a page with these sides.
@@ -263,7 +275,7 @@ impl Reader {
         let mut last = None;
         for group in groups {
             let id = group.attribute("id").unwrap_or_default();
-            let role = Role::of(id).ok_or_else(|| not_ours(*group))?;
+            let role = Role::of(id, &self.contents.palette).ok_or_else(|| not_ours(*group))?;
             if last.is_some_and(|last| last >= role) {
                 return Err(invalid(format!("the layer {id} stands twice in it, or after layers that lie over it")));
             }
@@ -311,7 +323,13 @@ impl Reader {
     }
 
     fn layer(&mut self, group: Node<'_, '_>, kind: Kind) -> Result<()> {
-        check_attributes(group, &["transform", "fill", "stroke", "stroke-linecap"])?;
+        let palette = &self.contents.palette;
+        let is_plain = palette.is_black_and_white();
+        let known = ["transform", "fill", "stroke", "stroke-linecap", "style"];
+        check_attributes(group, if palette.overprint() { &known } else { &known[..4] })?;
+        if palette.overprint() && !group.attribute("style").is_some_and(multiplies) {
+            return Err(other_value(group, "style"));
+        }
         let has_strokes = kind.is_dots && group.has_attribute("stroke");
         let units = if has_strokes { FINER * self.contents.units } else { self.contents.units };
         let scale = group.attribute("transform").and_then(|text| text.strip_prefix("scale(")?.strip_suffix(')'));
@@ -319,6 +337,7 @@ impl Reader {
             return Err(other_value(group, "transform"));
         }
         let expected = match (kind.ink, kind.level) {
+            _ if !is_plain => palette.of_plate(kind.ink.index()).inks()[0].rgb,
             (Ink::BLACK, _) => BLACK,
             (_, 0) => WHITE,
             (_, _) => self.paper.unwrap_or(WHITE),
@@ -337,39 +356,45 @@ impl Reader {
             return Err(other_value(group, painted));
         }
 
-        let is_flat = kind.level == 0;
+        let is_flat = kind.level == 0 && is_plain;
         let is_again = is_flat && kind.ink == Ink::WHITE && self.has_black;
         self.has_black |= is_flat && kind.ink == Ink::BLACK;
         self.is_twice |= is_again;
         let contents = if is_again { &mut self.again } else { &mut self.contents };
+        let mut into = Into { contents, outlines: self.outlines.as_mut(), area: 0.0 };
         let id = group.attribute("id").unwrap_or_default();
         let layer = format!("the layer {id}");
-        let (mut is_in_layer, mut area) = (false, 0.0);
+        let mut is_in_layer = false;
         for node in drawn_children(group) {
             check_leaf(node)?;
             if let Some(id) = node.attribute("id") {
-                contents.sources.enter(format!("the element {}", quoted(id)));
+                into.contents.sources.enter(format!("the element {}", quoted(id)));
                 is_in_layer = false;
             } else if !is_in_layer {
-                contents.sources.enter(layer.clone());
+                into.contents.sources.enter(layer.clone());
                 is_in_layer = true;
             }
             if is_svg(node, "circle") && kind.is_dots && !has_strokes {
                 check_attributes(node, &["cx", "cy", "r"])?;
                 let [x, y, radius] = ["cx", "cy", "r"].map(|name| coordinate(node, name));
-                take(contents, &mut area, circle(x?, y?, radius?, contents.units, true), kind);
+                let dot = circle(x?, y?, radius?, into.contents.units, true);
+                into.take(dot, kind);
             } else if is_svg(node, "path") {
-                path(contents, &mut area, node, kind, has_strokes)?;
+                into.path(node, kind, has_strokes)?;
             } else {
                 return Err(not_ours(node));
             }
         }
-        self.shown.layers.push((id.to_owned(), area));
+        self.shown.layers.push((id.to_owned(), into.area));
+        self.shown.is_layered |= kind.level > 0;
         Ok(())
     }
 
     /// What was read and what it shows, if all that was said twice is the same.
-    fn finish(self) -> Result<(Contents, Shown)> {
+    fn finish(mut self) -> Result<(Contents, Shown)> {
+        if let Some(outlines) = self.outlines {
+            outlines.into_contents(&mut self.contents)?;
+        }
         if self.has_black && self.is_twice && marks(&self.contents) != marks(&self.again) {
             return Err(invalid("its white layers are not what the black ones leave"));
         }
@@ -382,6 +407,9 @@ impl Reader {
 struct Shown {
     /// Ids and areas of the layers, in px^2.
     layers: Vec<(String, f64)>,
+    is_layered: bool,
+    /// Of other inks than black and white, those that it is drawn with.
+    only: Only,
     paper: Option<[u8; 3]>,
     is_twice: bool,
 }
@@ -394,13 +422,15 @@ impl Shown {
     /// curve.
     fn check(&self, drawing: &Drawing) -> Result<()> {
         let any = |begin: &str| self.layers.iter().any(|(id, _)| id.starts_with(begin));
-        let style = if any("level-") { Style::Layered } else { Style::Flat };
+        let style = if self.is_layered { Style::Layered } else { Style::Flat };
+        let is_plain = drawing.palette.is_black_and_white();
         let only = match (any("black"), any("white")) {
+            _ if !is_plain => self.only.clone(),
             (false, true) if !self.is_twice => Only::named(&["white"]),
             (true, false) if !self.is_twice => Only::default(),
             _ => Only::named(&["black", "white"]),
         };
-        if self.layers.is_empty() {
+        if self.layers.is_empty() && is_plain {
             // Nothing is on the canvas, so the paper alone is seen.
             let ground = if self.paper == Some(BLACK) { Ink::BLACK } else { Ink::WHITE };
             let is_seen = drawing.regions.iter().all(|region| region.ink == ground);
@@ -433,32 +463,66 @@ fn colour(node: Node<'_, '_>, attribute: &str) -> Result<[u8; 3]> {
     value.parse().map(|colour: Color| colour.rgb()).map_err(|_| other_value(node, attribute))
 }
 
-/// Reads the data of a path of a layer.
-fn path(contents: &mut Contents, area: &mut f64, node: Node<'_, '_>, kind: Kind, has_strokes: bool) -> Result<()> {
-    let data = node.attribute("d").unwrap_or_default();
-    let read = if has_strokes {
-        check_attributes(node, &["d", "stroke-width"])?;
-        let width = coordinate(node, "stroke-width")?;
-        PathReader::new(data, FINER * contents.units).strokes(0.5 * width, |dot| take(contents, area, dot, kind))
-    } else {
-        check_attributes(node, &["d"])?;
-        PathReader::new(data, contents.units).outlines(|outline| take(contents, area, outline, kind))
+/// The inks and the paper as they are told, and which of them the file is drawn with, where it is not all inks.
+fn inks(about: Node<'_, '_>) -> Result<(Palette, Only)> {
+    let Some(inks) = about.attribute("inks") else { return Ok((Palette::default(), Only::default())) };
+    let overprint = match about.attribute("overprint") {
+        None => false,
+        Some("true") => true,
+        Some(other) => return Err(invalid(format!("its overprint is \"{}\", but it must be \"true\"", quoted(other)))),
     };
-    read.map_err(|byte| invalid(format!("the path data of {} in line {} are others at byte {byte}", Named(node), line(node))))
+    let paper = about.attribute("paper").unwrap_or_default().to_owned();
+    let written = WrittenPalette { inks: inks.split(',').map(str::to_owned).collect(), paper, overprint };
+    let palette = Palette::try_from(written).map_err(invalid)?;
+    let names: Vec<&str> = about.attribute("only").map_or_else(Vec::new, |names| names.split(',').collect());
+    let only = Only::named(&names);
+    only.of(&palette).map_err(invalid)?;
+    Ok((palette, only))
 }
 
-/// Takes up an outline of a layer and its area, if one of its kind can be there: a dot, a ring, or in a flat region a dot as a hole.
-fn take(contents: &mut Contents, area: &mut f64, outline: Subpath, kind: Kind) -> bool {
-    let is_possible = match outline {
-        Subpath::Circle { is_exterior, .. } => is_exterior == kind.is_dots && (is_exterior || kind.level == 0),
-        Subpath::Ring(_) => !kind.is_dots,
-    };
-    if is_possible {
-        *area += outline.area();
-        contents.sources.begin(contents.curves.len(), contents.stipples.len());
-        contents.add(outline, kind.ink);
+/// Where outlines of a layer are taken up.
+struct Into<'a> {
+    contents: &'a mut Contents,
+    outlines: Option<&'a mut Outlines>,
+    /// The area of those that were.
+    area: f64,
+}
+
+impl Into<'_> {
+    /// Reads the data of a path of a layer.
+    fn path(&mut self, node: Node<'_, '_>, kind: Kind, has_strokes: bool) -> Result<()> {
+        let data = node.attribute("d").unwrap_or_default();
+        let units = self.contents.units;
+        let read = if has_strokes {
+            check_attributes(node, &["d", "stroke-width"])?;
+            let width = coordinate(node, "stroke-width")?;
+            PathReader::new(data, FINER * units).strokes(0.5 * width, |dot| self.take(dot, kind))
+        } else {
+            check_attributes(node, &["d"])?;
+            PathReader::new(data, units).outlines(|outline| self.take(outline, kind))
+        };
+        read.map_err(|byte| invalid(format!("the path data of {} in line {} are others at byte {byte}", Named(node), line(node))))
     }
-    is_possible
+
+    /// Takes up an outline of a layer and its area, if one of its kind can be there: a dot, a ring, or in a flat region a dot as a hole.
+    fn take(&mut self, outline: Subpath, kind: Kind) -> bool {
+        let is_possible = match outline {
+            Subpath::Circle { is_exterior, .. } => is_exterior == kind.is_dots && (is_exterior || kind.level == 0),
+            Subpath::Ring(_) => !kind.is_dots,
+        };
+        if is_possible {
+            self.area += outline.area();
+            let contents = &mut *self.contents;
+            contents.sources.begin(contents.curves.len(), contents.stipples.len());
+            match &mut self.outlines {
+                None => contents.add(outline, kind.ink),
+                Some(outlines) => {
+                    outlines.add(outline, OfLayer { number: kind.ink.index(), level: kind.level }, contents.units);
+                }
+            }
+        }
+        is_possible
+    }
 }
 
 /// All curves and dots as numbers, in an order that does not depend on that in the file.

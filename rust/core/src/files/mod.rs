@@ -12,6 +12,7 @@ mod json;
 mod layers;
 mod layout;
 mod load;
+mod load_inks;
 mod load_json;
 mod load_svg;
 mod pdf;

@@ -33,6 +33,18 @@ impl Sources {
         self.outlines.push(Source { curve, stipple, holder, number });
     }
 
+    /// The next curves and dots, by their numbers, are from this outline after all.
+    pub(super) fn place(&mut self, outline: usize, curve: usize, stipple: usize) {
+        if let Some(source) = self.outlines.get_mut(outline) {
+            (source.curve, source.stipple) = (curve, stipple);
+        }
+    }
+
+    /// An outline in words.
+    pub(super) fn outline(&self, number: usize) -> String {
+        self.words(number + 1).unwrap_or_default()
+    }
+
     /// A curve in words: `outline 12 of the layer black-regions`; in a file without layers `curve 12`.
     pub(super) fn curve(&self, number: usize) -> String {
         let after = self.outlines.partition_point(|source| source.curve <= number);

@@ -16,6 +16,7 @@ use crate::files::layers::{Area, Ground, Layer, Layers, Outline};
 use crate::files::layout::{Layout, Placement, Unit};
 use crate::files::strokes;
 use crate::files::write_path::{PathWriter, leftmost, rounded};
+use crate::options::Only;
 
 /// A path is closed and another one begun after this many bytes: libxml2, and with it librsvg and lxml, refuses attributes above
 /// 10 MB, and viewers skip a path that is out of view. Areas of a layer are disjoint, so the picture is the same.
@@ -59,14 +60,16 @@ fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let json = serde_json::to_string(&drawing.provenance).expect("plain options always serialize");
     // Of a canvas with nothing on it no style and ink would tell.
     let is_empty = drawing.curves.is_empty() && drawing.stipples.is_empty();
-    let is_black = is_empty && drawing.regions.first().is_some_and(|region| region.ink != drawing.palette.paper_label());
+    let is_black = is_empty
+        && drawing.palette.is_black_and_white()
+        && drawing.regions.first().is_some_and(|region| region.ink != drawing.palette.paper_label());
     writer.path.text(&format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"{INKSCAPE}\" width=\"{on_paper_width}\" \
          height=\"{on_paper_height}\" viewBox=\"{left} {top} {page_width} {page_height}\">\n\
          <metadata><graphstipple:drawing xmlns:graphstipple=\"{NAMESPACE}\" width=\"{width}\" height=\"{height}\" \
          units=\"{}\"{}{}>{}</graphstipple:drawing></metadata>\n",
         drawing.units,
-        told_palette(&drawing.palette),
+        told_palette(&drawing.palette, &export.only)?,
         if is_black { " ground=\"black\"" } else { "" },
         escape(&json)
     ));
@@ -80,14 +83,19 @@ fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     Ok(String::from_utf8(writer.path.bytes).expect("only text was written"))
 }
 
-/// The attributes of inks and paper, where they are not black and white.
-fn told_palette(palette: &Palette) -> String {
+/// The attributes of inks and paper, where they are not black and white, and of those that are drawn, if these are not all inks.
+fn told_palette(palette: &Palette, only: &Only) -> Result<String> {
     if palette.is_black_and_white() {
-        return String::new();
+        return Ok(String::new());
     }
     let WrittenPalette { inks, paper, overprint } = palette.into();
     let overprint = if overprint { " overprint=\"true\"" } else { "" };
-    format!(" inks=\"{}\" paper=\"{paper}\"{overprint}", inks.join(","))
+    let numbers = only.of(palette)?;
+    let is_all = numbers.iter().copied().eq(0..palette.inks().len());
+    let name = |number: usize| palette.inks().get(number).map_or(palette.paper_name(), |ink| &ink.name);
+    let names: Vec<&str> = numbers.into_iter().map(name).collect();
+    let only = if is_all { String::new() } else { format!(" only=\"{}\"", names.join(",")) };
+    Ok(format!(" inks=\"{}\" paper=\"{paper}\"{overprint}{only}", inks.join(",")))
 }
 
 /// The id of a mark's element: ink, kind and number, which are the drawing's own.
@@ -105,7 +113,7 @@ pub(crate) fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
 }
 
 /// Inks over each other.
-const MULTIPLY: &str = " style=\"mix-blend-mode:multiply\"";
+pub(super) const MULTIPLY: &str = "mix-blend-mode:multiply";
 
 /// Writes groups and what is in them.
 struct Writer<'a> {
@@ -140,8 +148,8 @@ impl Writer<'_> {
         } else {
             fill(rgb)
         };
-        let blend = if self.layers.multiply { MULTIPLY } else { "" };
-        self.group(&layer.id, &layer.label, &(paint + &transform + blend));
+        let blend = if self.layers.multiply { format!(" style=\"{MULTIPLY}\"") } else { String::new() };
+        self.group(&layer.id, &layer.label, &(paint + &transform + &blend));
         match self.export.elements {
             _ if has_strokes => self.strokes(&layer.areas),
             Elements::Layers => self.compound_path(&layer.areas),

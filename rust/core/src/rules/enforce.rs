@@ -434,7 +434,7 @@ impl Work<'_> {
             let placing = Placing::new(&shapes, &old.stipples, &self.changed, self.rules, trusts);
             let (stipples, counts) = placing.placed(1.0 - self.changes.tone_before, canvas, self.control)?;
             let (curves, palette) = (regions.curves.clone(), regions.palette.clone());
-            let loose = Loose { width, height, units, palette, curves, sides: Vec::new(), stipples, ground };
+            let loose = Loose { width, height, units, palette, curves, sides: Vec::new(), stipples, dots: Vec::new(), ground };
             if trusts && loose.meeting(self.control)?.is_some() {
                 trusts = false;
                 continue;

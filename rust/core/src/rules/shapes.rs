@@ -123,7 +123,7 @@ impl<'a> Shapes<'a> {
         let canvas = (width * height) as f64 * self.scale * self.scale;
         let ground = if crate::offset::area(areas) > 0.5 * canvas { Ink::BLACK } else { Ink::WHITE };
         let (palette, curves) = (self.drawing.palette.clone(), curves.into_iter().flatten().collect());
-        Loose { width, height, units, palette, curves, sides: Vec::new(), stipples: Vec::new(), ground }
+        Loose { width, height, units, palette, curves, sides: Vec::new(), stipples: Vec::new(), dots: Vec::new(), ground }
     }
 }
 
