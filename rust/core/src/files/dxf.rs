@@ -99,7 +99,7 @@ const LAYOUTS: [(&str, &str, &str, u8, u16); 2] = [("23", "Model", MODEL_SPACE, 
 /// Linear in the number of points.
 pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
+    let layers = export.layers_of(drawing, &placement)?;
     let mut names: Vec<(&str, u8)> = vec![("0", 7)];
     // Outlines cover nothing, so none needs an underlay.
     let paper = layers.grounds.iter().find(|ground| ground.id == "paper");

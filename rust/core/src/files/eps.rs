@@ -48,7 +48,7 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let units = cubic::units_per_pixel(drawing);
     let drawing = &with_few_cubics(drawing, units);
-    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
+    let layers = export.layers_of(drawing, &placement)?;
     let [width, height] = placement.page;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let text = String::with_capacity(1024 + 30 * elements + 24 * drawing.stipples.len());

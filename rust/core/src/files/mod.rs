@@ -15,13 +15,16 @@ mod load;
 mod load_json;
 mod load_svg;
 mod pdf;
+mod plates;
 pub mod raster;
 mod read_path;
+mod registration;
 mod sources;
 mod strips;
 mod strokes;
 mod svg;
 mod svgz;
+mod trap;
 mod write_path;
 
 use std::borrow::Cow;
@@ -32,6 +35,7 @@ use crate::drawing::{Drawing, Ring, RingPart};
 pub(crate) use export::length;
 pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
+pub use plates::Plate;
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
 pub(crate) use svg::{INKSCAPE, NAMESPACE, escape, hexadecimal};
 
@@ -58,10 +62,10 @@ pub struct Format {
 type Read = fn(&[u8], &Control) -> Result<Drawing>;
 
 /// What every vector format takes.
-const OF_VECTORS: &[&str] = &["style", "only", "paper", "width", "margin", "page"];
+const OF_VECTORS: &[&str] = &["style", "only", "paper", "trap", "registration_marks", "width", "margin", "page"];
 
 /// What SVG takes.
-const OF_SVG: &[&str] = &["style", "only", "paper", "elements", "dots", "width", "margin", "page"];
+const OF_SVG: &[&str] = &["style", "only", "paper", "elements", "dots", "trap", "registration_marks", "width", "margin", "page"];
 
 impl Format {
     /// All formats.
@@ -106,7 +110,7 @@ impl Format {
             suffix: "dxf",
             name: "DXF",
             holds: "closed polylines or splines, and circles, in millimetres, for cutters and CAD",
-            settings: &["style", "only", "curves", "width", "margin", "page"],
+            settings: &["style", "only", "curves", "trap", "registration_marks", "width", "margin", "page"],
             fits: fits_on_paper,
             write: |drawing, export| dxf::to_dxf(drawing, export).map(String::into_bytes),
             read: None,
@@ -116,7 +120,7 @@ impl Format {
             name: "PNG",
             holds: "grey pixels with smooth edges, or black and white ones",
             // Style and inks make a difference on coloured paper.
-            settings: &["style", "only", "paper", "width", "margin", "page", "dpi", "one_bit"],
+            settings: &["style", "only", "paper", "trap", "registration_marks", "width", "margin", "page", "dpi", "one_bit"],
             fits: raster::fits,
             write: raster::to_png,
             read: None,

@@ -51,7 +51,7 @@ const DOTS_IN_A_ROW: usize = 64;
 pub(super) fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let units = cubic::units_per_pixel(drawing);
-    let layers = with_few_cubics(drawing, units).layers(export.style, &export.only, export.paper.as_ref())?;
+    let layers = export.layers_of(&with_few_cubics(drawing, units), &placement)?;
     let groups: Vec<Group<'_>> = groups(&layers, [drawing.width, drawing.height], &placement);
     let contents = contents(&groups, &placement, units);
     let compressed: std::io::Result<Vec<Stream>> = contents.into_iter().map(Stream::compressed).collect();
