@@ -105,7 +105,7 @@ pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     let paper = layers.grounds.iter().find(|ground| ground.id == "paper");
     names.extend(paper.map(|paper| (paper.id, export.paper.as_ref().map_or(GREY, |colour| nearest_colour(colour.rgb())))));
     let is_plain = drawing.palette.is_black_and_white();
-    let colour_of = |layer: &Layer| if is_plain { colour(layer.ink) } else { nearest_colour(layer.rgb) };
+    let colour_of = |layer: &Layer| if is_plain || layer.is_registration() { colour(layer.ink) } else { nearest_colour(layer.rgb) };
     names.extend(layers.layers.iter().map(|layer| (layer.id.as_str(), colour_of(layer))));
 
     let mut writer = Writer::new(placement, FIRST_HANDLE + names.len());

@@ -339,8 +339,9 @@ impl Export {
             if self.style == Style::Layered && palette.overprint() {
                 return Err(Error::option("style", "layered", "flat for a drawing of inks over each other"));
             }
-            if self.one_bit {
-                return Err(Error::option("one_bit", "True", "left out for a drawing of other inks than black"));
+            if self.one_bit && drawn.len() > 1 {
+                let rule = "left out where a file has several inks: only pink, or {ink} in its name, writes the film of one";
+                return Err(Error::option("one_bit", "True", rule));
             }
             return Ok(());
         }

@@ -15,6 +15,7 @@ use crate::base::{Color, Control, Ink, Palette, Result, in_one_line};
 use crate::drawing::{Drawing, Provenance, invalid};
 use crate::files::json::NAMES;
 use crate::files::layers::{Area, Style};
+use crate::files::plates::REGISTRATION;
 use crate::files::load::{Contents, Subpath, rebuild};
 use crate::files::read_path::{PathReader, circle, number};
 use crate::files::sources::Sources;
@@ -263,6 +264,10 @@ impl Reader {
         let mut last = None;
         for group in groups {
             let id = group.attribute("id").unwrap_or_default();
+            if id == REGISTRATION {
+                // No part of the drawing.
+                continue;
+            }
             let role = Role::of(id).ok_or_else(|| not_ours(*group))?;
             if last.is_some_and(|last| last >= role) {
                 return Err(invalid(format!("the layer {id} stands twice in it, or after layers that lie over it")));

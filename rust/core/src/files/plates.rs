@@ -6,10 +6,14 @@ use crate::drawing::Drawing;
 use crate::files::export::Export;
 use crate::files::layers::{Layer, Layers, capitalized};
 use crate::files::layout::Placement;
+use crate::files::trap::LAP;
 use crate::files::{Style, Writer, registration};
 
 /// Points to the mm.
 const MM: f64 = 72.0 / 25.4;
+
+/// The separation that is all of them.
+pub(super) const ALL: &str = "All";
 
 /// The id of the layer of registration marks.
 pub(super) const REGISTRATION: &str = "registration-marks";
@@ -18,6 +22,31 @@ impl Layer {
     /// Whether it holds registration marks: they are of all inks.
     pub(super) fn is_registration(&self) -> bool {
         self.id == REGISTRATION
+    }
+
+    /// The separation that it is printed on, as PDF and PostScript name it; none for black and white and for paper, which are no spot
+    /// colours.
+    pub(super) fn separation(&self, palette: &Palette) -> Option<&str> {
+        if self.is_registration() {
+            return Some(ALL);
+        }
+        let name = self.ink_name();
+        (!palette.is_black_and_white() && name != palette.paper_name()).then_some(name)
+    }
+}
+
+impl Layers {
+    /// The separations of its layers, each with the colour that stands for it where there is none, once, in their order.
+    pub(super) fn separations(&self, palette: &Palette) -> Vec<(&str, [u8; 3])> {
+        let mut all: Vec<(&str, [u8; 3])> = Vec::new();
+        for layer in &self.layers {
+            if let Some(name) = layer.separation(palette)
+                && all.iter().all(|(other, _)| *other != name)
+            {
+                all.push((name, layer.rgb));
+            }
+        }
+        all
     }
 }
 
@@ -43,10 +72,13 @@ impl Export {
 
     /// What registration marks are drawn with where a colour is one: that of the only ink of a plate, else black.
     pub(super) fn rgb_of_marks(&self, palette: &Palette) -> Result<[u8; 3]> {
-        Ok(match self.only.of(palette)?[..] {
+        let rgb = match self.only.of(palette)?[..] {
             [ink] if ink < palette.inks().len() => palette.inks()[ink].rgb,
             _ => [0; 3],
-        })
+        };
+        // On a sheet of their own colour nobody would find them.
+        let is_lost = self.paper.as_ref().is_some_and(|paper| paper.rgb() == rgb);
+        Ok(if is_lost { rgb.map(|value| 255 - value) } else { rgb })
     }
 
     /// Adds what inks cover of darker ones, and puts the lightest layers lowest: then the picture is as it was.
@@ -58,7 +90,7 @@ impl Export {
             layers.layers = others;
             let of_ink: Vec<Layer> = of_ink;
             if let Some(first) = of_ink.first() {
-                let areas = drawing.trap(*ink, &order[place + 1..], distance)?;
+                let areas = drawing.trap(*ink, &order[place + 1..], distance, LAP.min(distance))?;
                 if !areas.is_empty() {
                     let name = first.ink_name();
                     let (id, label) = (format!("{name}-trap"), format!("{} trap", capitalized(name)));
@@ -105,10 +137,10 @@ impl Writer {
     /// As [`Writer::check_palette`]; [`Error::Option`](crate::Error::Option) for a style that draws inks over each other.
     pub fn plates(&self, palette: &Palette) -> Result<Vec<Plate>> {
         self.check_plates()?;
-        self.check_palette(palette)?;
         let plate = |ink: usize| {
             let name = palette.inks().get(ink).map_or(palette.paper_name(), |ink| &ink.name).to_owned();
             let writer = Self { format: self.format, export: self.export.of_plate(&name).check()? };
+            writer.check_palette(palette)?;
             Ok(Plate { name, ink, writer })
         };
         self.export.only.of(palette)?.into_iter().map(plate).collect()
