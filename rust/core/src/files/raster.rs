@@ -252,10 +252,11 @@ fn to_png_of_inks(drawing: &Drawing, export: &Export, placement: &PixelPlacement
     // A film: what the one ink covers is black.
     let paper = if export.one_bit { [255; 3] } else { export.paper.as_ref().map_or(palette.paper(), |paper| paper.rgb()) };
     let of_ink = |label: Ink| if export.one_bit { [0; 3] } else { palette.rgb(label) };
+    let behind = if export.one_bit { [255; 3] } else { palette.of_plate(palette.inks().len()).paper() };
     let colour = |label: Ink| {
         if drawn[..] == [palette.inks().len()] {
             // The paper as the only ink.
-            return if label == palette.paper_label() { of_ink(label) } else { [255; 3] };
+            return if label == palette.paper_label() { of_ink(label) } else { behind };
         }
         // Without the inks that are not drawn.
         let shown = palette.with_only(label, &drawn);
