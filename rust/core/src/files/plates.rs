@@ -6,7 +6,6 @@ use crate::drawing::Drawing;
 use crate::files::export::Export;
 use crate::files::layers::{Layer, Layers, capitalized};
 use crate::files::layout::Placement;
-use crate::files::trap::LAP;
 use crate::files::{Style, Writer, registration};
 
 /// Points to the mm.
@@ -90,7 +89,7 @@ impl Export {
             layers.layers = others;
             let of_ink: Vec<Layer> = of_ink;
             if let Some(first) = of_ink.first() {
-                let areas = drawing.trap(*ink, &order[place + 1..], distance, LAP.min(distance))?;
+                let areas = drawing.trap(*ink, &order[place + 1..], distance, true)?;
                 if !areas.is_empty() {
                     let name = first.ink_name();
                     let (id, label) = (format!("{name}-trap"), format!("{} trap", capitalized(name)));

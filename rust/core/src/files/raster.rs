@@ -273,7 +273,7 @@ fn to_png_of_inks(drawing: &Drawing, export: &Export, placement: &PixelPlacement
             // Under darker inks that are drawn too, nothing is seen of it.
             let bare: Vec<usize> = order[place + 1..].iter().copied().filter(|other| !drawn.contains(other)).collect();
             let change = [0, 1, 2].map(|i| i32::from(of_ink(Ink::of_label(*ink as u8))[i]) - i32::from(paper[i]));
-            laid.push((flattened(&drawing.trap(*ink, &bare, distance, 0.0)?, scale), change));
+            laid.push((flattened(&drawing.trap(*ink, &bare, distance, false)?, scale), change));
         }
     }
     let rows = rows_of_a_band(across);
