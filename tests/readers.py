@@ -108,6 +108,16 @@ def pdf(path: Path, width: int) -> Grey:
         document.close()
 
 
+def pdf_in_colour(path: Path, width: int) -> NDArray[np.uint8]:
+    """Paint the first page of a PDF by pdfium, in red, green and blue."""
+    document = pypdfium2.PdfDocument(path)
+    try:
+        page = document[0]
+        return np.asarray(page.render(scale=(width - 1e-3) / page.get_width()).to_pil().convert("RGB"))
+    finally:
+        document.close()
+
+
 def pdf_size(path: Path) -> tuple[float, float]:
     """Width and height of the first page in points."""
     document = pypdfium2.PdfDocument(path)
@@ -185,6 +195,18 @@ def ghostscript(path: Path, width: int) -> Grey:
         setup = f"0 0 .setfilladjust2 {-left} {-bottom} translate"
         subprocess.run([*command, resolution, f"-sOutputFile={out}", "-c", setup, "-f", str(path)], check=True, capture_output=True)
         return png(out)
+
+
+def separations(path: Path, dots_per_inch: int) -> dict[str, float]:
+    """Return which part of the page each plate of a PDF or EPS covers, by ghostscript's separations, without antialiasing."""
+    assert GHOSTSCRIPT is not None
+    with tempfile.TemporaryDirectory() as folder:
+        command = [GHOSTSCRIPT, "-q", "-dSAFER", "-dBATCH", "-dNOPAUSE", "-dEPSCrop", "-sDEVICE=tiffsep", f"-r{dots_per_inch}"]
+        # By itself, ghostscript paints every pixel that a shape touches.
+        setup = ["-c", "0 0 .setfilladjust2", "-f", str(path)]
+        subprocess.run([*command, f"-sOutputFile={folder}/page.tif", *setup], check=True, capture_output=True, timeout=120)
+        plates = {file.stem.removeprefix("page(").removesuffix(")"): png(file) for file in Path(folder).glob("page(*).tif")}
+        return {name: float(1 - plate.mean() / 255) for name, plate in plates.items()}
 
 
 def bounding_box(program: str) -> tuple[float, float, float, float]:

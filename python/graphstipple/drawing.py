@@ -201,9 +201,14 @@ class Drawing:
         dots: Dots = "circles",
         curves: Curves = "polylines",
         one_bit: bool = False,
+        trap: Length | None = None,
+        registration_marks: bool = False,
         force: bool = False,
     ) -> None:
         """Write the drawing to a file, whole or not at all, in the format that its suffix stands for (docs/options.md lists them).
+
+        With "{ink}" in its name there is a file for each ink that is drawn, with that ink alone and no paper: "plates/{ink}.pdf" are
+        plates/black.pdf, plates/pink.pdf and so on, all of one size, so that they register. Either all of them are written or none.
 
         A new file takes the place of one that is there, with its permissions, and its owner where the system allows; other hard
         links go on to show the old one. A symbolic link stays one; what it leads to is replaced. Devices and pipes are written to.
@@ -213,7 +218,7 @@ class Drawing:
         Parameters
         ----------
         path : str or path
-            Where to; an existing file is replaced, unless it is read-only.
+            Where to; an existing file is replaced, unless it is read-only. "{ink}" in the file's name stands for each ink.
         width : float or str, optional
             Width of the drawing, without margins; the height follows. By default as large as the page allows, without a page one
             pixel for a pixel of the canvas. For a PNG, a number is the width in pixels.
@@ -246,7 +251,13 @@ class Drawing:
         curves : {"polylines", "splines"}
             What the curves of a DXF are: polylines within 0.05 px of them, or splines that are exactly they.
         one_bit : bool
-            Whether a PNG holds black and white alone, one bit a pixel.
+            Whether a PNG holds black and white alone, one bit a pixel; of several inks, a file for each or with one alone, whose
+            film it is.
+        trap : float or str, optional
+            How far the lighter of two inks spreads under the darker one beside it, above 0 and at most "5mm", so that no paper shows
+            between them where plates are printed a little apart. By default not at all. It is for solid drawings of several inks.
+        registration_marks : bool
+            Whether there are registration marks around the drawing, at the same place on all plates; margins are 10 mm at least then.
         force : bool
             Whether a file that is read-only is replaced, too.
 
@@ -254,7 +265,8 @@ class Drawing:
         ------
         InvalidInputError
             If the suffix is not known, a value breaks its rule, the drawing does not fit on the page, `dpi` or `one_bit` is
-            given for a format without pixels, the paper has the colour of the ink, or strokes shall be elements for every mark.
+            given for a format without pixels, the paper has the colour of the ink, strokes shall be elements for every mark,
+            or `trap` is given for a drawing of one ink, of inks over each other, or in layers.
         ImageFileError
             If the file cannot be written, or is read-only; `ImageFileNotFoundError` if its folder does not exist.
 
@@ -263,8 +275,9 @@ class Drawing:
         GraphStippleWarning
             If a vector file has a boundary of so many points that programs leave it out.
         """
-        settings = _given(width=width, margin=margin, page=page, dpi=dpi, paper=paper)
-        settings |= _given(only=_names(only)) | _plain(style=style, elements=elements, dots=dots, curves=curves, one_bit=one_bit)
+        settings = _given(width=width, margin=margin, page=page, dpi=dpi, paper=paper, trap=trap, only=_names(only))
+        settings |= _plain(style=style, elements=elements, dots=dots, curves=curves, one_bit=one_bit)
+        settings |= _plain(registration_marks=registration_marks)
         warning = self._core.save(path_to_write(path), settings, bool(force))
         if warning:
             warnings.warn(warning, GraphStippleWarning, stacklevel=2)
@@ -280,10 +293,12 @@ class Drawing:
         paper: str | None = None,
         elements: Elements = "layers",
         dots: Dots = "circles",
+        trap: Length | None = None,
+        registration_marks: bool = False,
     ) -> str:
         """Return the drawing as an SVG document, the same that `save` writes with these parameters."""
-        settings = _given(width=width, margin=margin, page=page, paper=paper)
-        settings |= _given(only=_names(only)) | _plain(style=style, elements=elements, dots=dots)
+        settings = _given(width=width, margin=margin, page=page, paper=paper, trap=trap, only=_names(only))
+        settings |= _plain(style=style, elements=elements, dots=dots, registration_marks=registration_marks)
         return self._core.encode("svg", settings).decode()
 
     def json(self) -> str:

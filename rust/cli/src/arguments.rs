@@ -15,6 +15,7 @@ use crate::command::{STANDARD, command};
 use crate::error::{Error, Result};
 use crate::files::{Subject, format_of_path};
 use crate::messages::{in_flags, usage};
+use crate::plates::{self, check_is_for_none, is_for_each_ink};
 use crate::plotter::Plotter;
 use crate::rules::Keeper;
 use crate::writing::is_same_file;
@@ -26,6 +27,10 @@ pub(crate) struct Job {
     pub(crate) photo: Option<PathBuf>,
     /// `None` is SVG on standard output.
     pub(crate) output: Option<PathBuf>,
+    /// Whether it is one for each ink.
+    pub(crate) has_plates: bool,
+    /// The files of the drawing, as far as their names are known.
+    pub(crate) outputs: Vec<PathBuf>,
     /// Its format, and what it is written with.
     pub(crate) writer: Writer,
     /// What writes the same drawing in other formats.
@@ -68,7 +73,7 @@ impl Job {
         let has_pen = matches.contains_id("pen");
         let format = output.filter(|_| !has_pen).map_or_else(|| Ok(Format::ALL[0]), |output| format_of_path(output))?;
         let job = Self::of_matches(&matches, &[format])?;
-        job.check_paths()?;
+        job.check_paths(&job.outputs)?;
         Ok(job)
     }
 
@@ -110,10 +115,21 @@ impl Job {
             formats.iter().map(writer_of).collect::<graphstipple_core::Result<Vec<_>>>().map_err(in_flags)?.into_iter();
         let Some(writer) = writers.next() else { return Err(Error::Usage("there is no format to write".to_owned())) };
         let others: Vec<Writer> = writers.collect();
+        let has_plates = output.as_deref().map_or(Ok(false), is_for_each_ink)?;
+        let mut outputs: Vec<PathBuf> = output.iter().cloned().collect();
+        if has_plates {
+            writer.check_plates().map_err(in_flags)?;
+        }
         // Inks of a photo are known when it has been read.
         if options.extract_inks.is_none() {
             let palette = options.palette(|_| Vec::new()).map_err(in_flags)?;
-            [&writer].into_iter().chain(&others).try_for_each(|writer| writer.check_palette(&palette)).map_err(in_flags)?;
+            match &output {
+                Some(path) if has_plates => outputs = plates::paths(path, &palette, &writer).map_err(in_flags)?,
+                _ => {
+                    let mut writers = [&writer].into_iter().chain(&others);
+                    writers.try_for_each(|writer| writer.check_palette(&palette)).map_err(in_flags)?;
+                }
+            }
         }
         let min_dot = text("min_dot").map(|text| named_length("min_dot", &Value::Word(text.to_owned())));
         let min_dot = min_dot.transpose().map_err(in_flags)?;
@@ -124,8 +140,14 @@ impl Job {
                 "rules are for one ink: draw with several, and keep rules for the plates one by one".to_owned(),
             ));
         }
+        if has_plates && matches.contains_id("pen") {
+            return Err(Error::Usage("{ink} must be left out with --pen: a plot has a layer for the pen of each ink".to_owned()));
+        }
         let plotter = Plotter::of(matches, output.as_deref(), suggesting)?;
         let limits = limits(matches).map_err(in_flags)?;
+        for (name, what) in [("preview", "preview"), ("check", "report")] {
+            path(name).map_or(Ok(()), |path| check_is_for_none(&path, what))?;
+        }
         let preview = path("preview").map(|path| (path, matches.get_one::<usize>("preview_width").copied()));
         let [stats, quiet, force] = ["stats", "quiet", "force"].map(|name| matches.get_flag(name));
         let reading = Reading {
@@ -138,6 +160,8 @@ impl Job {
         Ok(Self {
             photo,
             output,
+            has_plates,
+            outputs,
             writer,
             others,
             preview,
@@ -163,22 +187,27 @@ impl Job {
 
     /// The files that it writes.
     pub(crate) fn paths_to_write(&self) -> impl Iterator<Item = &Path> {
-        let report = self.report().map(|(path, _)| path.as_path());
-        self.output.as_deref().into_iter().chain(self.preview.iter().map(|preview| preview.0.as_path())).chain(report)
+        self.outputs.iter().map(PathBuf::as_path).chain(self.beside())
     }
 
-    /// Checks that no file is written twice, or over what the drawing is made from.
-    fn check_paths(&self) -> Result<()> {
+    /// Those that are no drawing.
+    fn beside(&self) -> impl Iterator<Item = &Path> {
+        let report = self.report().map(|(path, _)| path.as_path());
+        self.preview.iter().map(|preview| preview.0.as_path()).chain(report)
+    }
+
+    /// Checks that no file is written twice, or over what the drawing is made from; these are the drawing's own.
+    pub(crate) fn check_paths(&self, outputs: &[PathBuf]) -> Result<()> {
         if let Some((preview, _)) = &self.preview {
             if !format_of_path(preview).is_ok_and(Format::has_pixels) {
                 return Err(Error::Usage(format!("{}: the suffix of a preview must be .png", preview.display())));
             }
-            if self.output.as_ref().is_some_and(|output| is_same_file(preview, output)) {
+            if outputs.iter().any(|output| is_same_file(preview, output)) {
                 return Err(Error::Usage(format!("{}: the preview must be another file than the output", preview.display())));
             }
         }
         if let Some((report, _)) = self.report() {
-            let others = self.output.iter().chain(self.preview.iter().map(|preview| &preview.0));
+            let others = outputs.iter().chain(self.preview.iter().map(|preview| &preview.0));
             if others.into_iter().any(|other| is_same_file(report, other)) {
                 return Err(Error::Usage(format!("{}: the report must be another file than the drawing", report.display())));
             }
@@ -190,7 +219,7 @@ impl Job {
         if let Some(Subject::File(mask)) = &self.subject {
             sources.push(mask);
         }
-        for written in self.paths_to_write() {
+        for written in outputs.iter().map(PathBuf::as_path).chain(self.beside()) {
             if sources.iter().any(|source| is_same_file(written, source)) {
                 return Err(Error::Usage(format!(
                     "{}: the drawing would replace an image that it is made from",
@@ -226,7 +255,7 @@ fn check_units(matches: &ArgMatches, format: Format) -> Result<()> {
     if format.has_pixels() || !format.settings.contains(&"width") {
         return Ok(());
     }
-    for name in ["width", "margin", "page", "min_dot", "min_feature", "min_gap", "min_area", "pen", "pen_bleed"] {
+    for name in ["width", "margin", "page", "min_dot", "min_feature", "min_gap", "min_area", "pen", "pen_bleed", "trap"] {
         let Some(text) = matches.get_one::<String>(name).map(|text| text.trim()) else { continue };
         let is_bare = text.split(['x', 'X']).all(|side| side.trim().parse().is_ok_and(|number: f64| number != 0.0));
         if is_bare {

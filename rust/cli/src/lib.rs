@@ -9,6 +9,7 @@ pub mod error;
 pub mod files;
 pub mod machines;
 mod messages;
+pub mod plates;
 mod plotter;
 pub mod recipe;
 mod rules;
@@ -204,11 +205,19 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
     let drawing = Arc::clone(&outcome.drawing);
     let mut made = Made { files: Vec::new(), standard_output: None, stats: Value::Null, warnings, broken: None };
     let plot = job.plotter.as_ref().map(|plotter| plotter.plot(&drawing, control).map(|plot| (plotter, plot))).transpose()?;
-    let bytes = match &plot {
-        Some((plotter, plot)) => plotter.write(plot)?,
-        None => {
+    let files: Vec<(Option<PathBuf>, Vec<u8>)> = match (&plot, &job.output) {
+        (Some((plotter, plot)), output) => vec![(output.clone(), plotter.write(plot)?)],
+        (None, output) => {
             made.warnings.extend(job.writer.warning(&drawing));
-            job.writer.write(&drawing)?
+            match output {
+                Some(path) if job.has_plates => {
+                    let plates = plates::files(path, &drawing, &job.writer).map_err(in_flags)?;
+                    // Inks of a photo have their names only now.
+                    job.check_paths(&plates.iter().map(|(path, _)| path.clone()).collect::<Vec<_>>())?;
+                    plates.into_iter().map(|(path, bytes)| (Some(path), bytes)).collect()
+                }
+                output => vec![(output.clone(), job.writer.write(&drawing)?)],
+            }
         }
     };
     made.stats = serde_json::to_value(&outcome.stats).expect("numbers and names always serialize");
@@ -216,9 +225,11 @@ fn make(job: &Job, control: &Control) -> Result<Made> {
         let of_plot = serde_json::to_value(plotter.stats(plot)?).expect("numbers and names always serialize");
         stats.insert("plot".to_owned(), of_plot);
     }
-    match &job.output {
-        None => made.standard_output = Some(bytes),
-        Some(path) => made.files.push((path.clone(), bytes)),
+    for (path, bytes) in files {
+        match path {
+            None => made.standard_output = Some(bytes),
+            Some(path) => made.files.push((path, bytes)),
+        }
     }
     control.check()?;
     if let Some(keeper) = &job.keeper {

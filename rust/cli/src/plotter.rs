@@ -41,6 +41,11 @@ impl Plotter {
         let format = output.map_or(Ok(MachineFormat::Svg), suffix_of_plot)?;
         let svg = Format::ALL[0];
         let export = export(matches, preset, svg, &[svg]).and_then(Export::check).map_err(in_flags)?;
+        for (is_given, flag) in [(export.trap.is_some(), "--trap"), (export.registration_marks, "--registration-marks")] {
+            if is_given {
+                return Err(Error::Usage(format!("{flag} must be left out with --pen: it is for plates that are printed")));
+            }
+        }
         let machine = given("machine").map(|name| machine(&name)).transpose().map_err(|error| match error {
             Error::Core(error) => in_flags(error),
             other => other,

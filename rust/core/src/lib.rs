@@ -26,9 +26,10 @@ mod outlines;
 
 mod drawing;
 
+mod offset;
+
 mod files;
 
-mod offset;
 mod pipeline;
 mod plot;
 mod rules;

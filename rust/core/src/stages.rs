@@ -41,7 +41,7 @@ pub use crate::outlines::{Bands, Nodes, Outlines, Parts, Shaping, Stipple, Tones
 pub use crate::drawing::{DotChanges, Level, Mark, Provenance, Region, Ring, RingPart, Stats, Within, assemble};
 // How files are written.
 pub use crate::files::{
-    Area, Curves, Dots, Elements, Ground, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, SETTINGS,
+    Area, Curves, Dots, Elements, Ground, Layer, Layers, Layout, Length, Outline, Page, PixelPlacement, Placement, Plate, SETTINGS,
     Setting, Sheet, Style, Unit, Writer, named_length, raster,
 };
 // The whole method, giving back its memory as it goes.

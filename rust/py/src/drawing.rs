@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use graphstipple_cli::files::{self, format_of_path};
-use graphstipple_cli::writing::Target;
+use graphstipple_cli::plates::{self, is_for_each_ink};
+use graphstipple_cli::writing::{Target, write_all};
 use graphstipple_core::stages::{Ink, Source, Writer, draw_owned, named_length, raster};
 use graphstipple_core::{Drawing as CoreDrawing, Error, Format, Outcome};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -232,8 +233,27 @@ impl Drawing {
     /// overwritten by `force`. Returns a sentence for whoever wrote it, if there is something to say.
     fn save(&self, py: Python<'_>, path: PathBuf, settings: &Bound<'_, PyDict>, force: bool) -> PyResult<Option<String>> {
         let writer = writer(format_of_path(&path).map_err(errors::from_files)?, settings)?;
-        let target = Target::find(&path, force).map_err(errors::from_files)?;
         let drawing = Arc::clone(&self.drawing);
+        if is_for_each_ink(&path).map_err(errors::from_files)? {
+            let (files, warning) =
+                watch::run_core(py, None, move |_| Ok((plates::files(&path, &drawing, &writer)?, writer.warning(&drawing))))?;
+            let found = files.into_iter().map(|(path, bytes)| Ok((Target::find(&path, force)?, bytes)));
+            let files = found.collect::<graphstipple_cli::Result<_>>().map_err(errors::from_files)?;
+            let mut failed = None;
+            let pour = |target: Target, bytes: Vec<u8>| {
+                // As a single one: whoever takes the bytes may be waited for.
+                Python::attach(|py| write(py, target, bytes)).map_err(|error| {
+                    failed = Some(error);
+                    Error::Cancelled.into()
+                })
+            };
+            let written = py.detach(|| write_all(files, pour));
+            return match failed {
+                Some(error) => Err(error),
+                None => written.map(|()| warning).map_err(errors::from_files),
+            };
+        }
+        let target = Target::find(&path, force).map_err(errors::from_files)?;
         let (bytes, warning) = watch::run_core(py, None, move |_| Ok((writer.write(&drawing)?, writer.warning(&drawing))))?;
         write(py, target, bytes)?;
         Ok(warning)

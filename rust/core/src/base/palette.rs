@@ -200,6 +200,17 @@ impl Palette {
         if is_alone { first } else { lit.map(encoded) }
     }
 
+    /// The numbers of the inks, from the one that reflects most light on.
+    pub(crate) fn lightest_first(&self) -> Vec<usize> {
+        let luminance = |ink: &usize| {
+            let [red, green, blue] = self.inks[*ink].rgb.map(light);
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        };
+        let mut order: Vec<usize> = (0..self.inks.len()).collect();
+        order.sort_by(|a, b| luminance(b).total_cmp(&luminance(a)));
+        order
+    }
+
     /// The palette of the plate of an ink by its number: that ink alone on the paper; one behind the last stands for the paper, whose
     /// plate is shown in its colour on black, or on white if it is black.
     pub(crate) fn of_plate(&self, ink: usize) -> Self {

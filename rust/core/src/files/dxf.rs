@@ -99,13 +99,13 @@ const LAYOUTS: [(&str, &str, &str, u8, u16); 2] = [("23", "Model", MODEL_SPACE, 
 /// Linear in the number of points.
 pub(super) fn to_dxf(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
-    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
+    let layers = export.layers_of(drawing, &placement)?;
     let mut names: Vec<(&str, u8)> = vec![("0", 7)];
     // Outlines cover nothing, so none needs an underlay.
     let paper = layers.grounds.iter().find(|ground| ground.id == "paper");
     names.extend(paper.map(|paper| (paper.id, export.paper.as_ref().map_or(GREY, |colour| nearest_colour(colour.rgb())))));
     let is_plain = drawing.palette.is_black_and_white();
-    let colour_of = |layer: &Layer| if is_plain { colour(layer.ink) } else { nearest_colour(layer.rgb) };
+    let colour_of = |layer: &Layer| if is_plain || layer.is_registration() { colour(layer.ink) } else { nearest_colour(layer.rgb) };
     names.extend(layers.layers.iter().map(|layer| (layer.id.as_str(), colour_of(layer))));
 
     let mut writer = Writer::new(placement, FIRST_HANDLE + names.len());

@@ -1,7 +1,8 @@
 //! A drawing as Encapsulated PostScript: filled paths of lines, cubic curves and arcs, for programs that take no PDF.
 //!
 //! Coordinates are whole units under one transform that also turns the y axis, and relative; operators have names of one letter,
-//! and curves are [fitted](super::fitting) by fewer cubics. Only PostScript level 1 is used. Layers, which PostScript does not have, are told apart by `%%BeginObject` comments. The
+//! and curves are [fitted](super::fitting) by fewer cubics. Only PostScript level 1 is used,
+//! but for other inks than black and white, which are separations of level 2. Layers, which PostScript does not have, are told apart by `%%BeginObject` comments. The
 //! nonzero rule fills: holes run against their exteriors. There are no dates, so the same drawing always gives the same bytes.
 //!
 //! What this module does not do: compress, and clip: nothing lies outside the canvas.
@@ -12,6 +13,7 @@ use crate::files::cubic::{self, Piece, Sizes};
 use crate::files::export::Export;
 use crate::files::fitting::with_few_cubics;
 use crate::files::layers::{Area, Outline};
+use crate::files::plates::ALL;
 
 /// A path is filled and another one begun after this many points, since old interpreters refuse paths of 1500. Areas are not split:
 /// a single one may have more.
@@ -48,7 +50,8 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let units = cubic::units_per_pixel(drawing);
     let drawing = &with_few_cubics(drawing, units);
-    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
+    let layers = export.layers_of(drawing, &placement)?;
+    let separations = layers.separations(&drawing.palette);
     let [width, height] = placement.page;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let text = String::with_capacity(1024 + 30 * elements + 24 * drawing.stipples.len());
@@ -56,25 +59,29 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
     let (whole_width, whole_height) = (width.ceil(), height.ceil());
     writer.text.push_str(&format!(
         "%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 {whole_width} {whole_height}\n%%HiResBoundingBox: 0 0 {} {}\n\
-         %%Creator: graphstipple {}\n%%LanguageLevel: 1\n%%DocumentData: Clean7Bit\n%%Pages: 1\n%%EndComments\n{PROLOG}\
+         %%Creator: graphstipple {}\n%%LanguageLevel: {}\n%%DocumentData: Clean7Bit\n%%Pages: 1\n{}%%EndComments\n{PROLOG}\
          %%Page: 1 1\ngraphstipple begin\ngsave\n{} {} translate\n{} {} scale\n",
         decimal(width),
         decimal(height),
         env!("CARGO_PKG_VERSION"),
+        if separations.is_empty() { 1 } else { 2 },
+        told(&separations),
         decimal(placement.origin[0]),
         decimal(height - placement.origin[1]),
         placement.scale / units,
         -placement.scale / units,
     ));
     for ground in &layers.grounds {
-        writer.begin(ground.label, ground.rgb);
+        writer.begin(ground.label, &colour(ground.rgb));
         let sides = ground.rectangle([drawing.width, drawing.height], &placement);
         let [left, top, right, bottom] = sides.map(|v| v * units);
         let [left, top, across, down] = [left, top, right - left, bottom - top].map(decimal);
         writer.text.push_str(&format!("{left} {top} m {across} 0 l 0 {down} l -{across} 0 l h f\n%%EndObject\n"));
     }
     for layer in &layers.layers {
-        writer.begin(&layer.label, layer.rgb);
+        let overprint = if layers.overprint { "true setoverprint\n" } else { "" };
+        let paint = layer.separation(&drawing.palette).map_or_else(|| colour(layer.rgb), |name| separation(name, layer.rgb));
+        writer.begin(&layer.label, &format!("{overprint}{paint}"));
         writer.fill(&layer.areas);
         writer.text.push_str("%%EndObject\n");
     }
@@ -85,6 +92,39 @@ pub(super) fn to_eps(drawing: &Drawing, export: &Export) -> Result<String> {
 /// A length in points or units, short and exact enough for a box.
 fn decimal(length: f64) -> f64 {
     (length * 1e4).round() / 1e4 + 0.0
+}
+
+/// A value of 8 bits as a part of the whole.
+fn share(value: u8) -> f64 {
+    decimal(f64::from(value) / 255.0)
+}
+
+/// Sets a colour, as grey where it is one.
+fn colour(rgb: [u8; 3]) -> String {
+    let [red, green, blue] = rgb.map(share);
+    if red == green && green == blue { format!("{red} setgray") } else { format!("{red} {green} {blue} setrgbcolor") }
+}
+
+/// Sets the full tint of a separation; where there is none, this colour stands for it.
+fn separation(name: &str, rgb: [u8; 3]) -> String {
+    let [red, green, blue] = rgb.map(|value| decimal(share(value) - 1.0));
+    let tint = format!("dup {red} mul 1 add exch dup {green} mul 1 add exch {blue} mul 1 add");
+    format!("[/Separation ({name}) cvn /DeviceRGB {{{tint}}}] setcolorspace 1 setcolor")
+}
+
+/// The comments that tell of separations.
+fn told(separations: &[(&str, [u8; 3])]) -> String {
+    let spots: Vec<_> = separations.iter().filter(|(name, _)| *name != ALL).collect();
+    let names = spots.iter().enumerate().map(|(place, (name, _))| {
+        let keyword = if place == 0 { "%%DocumentCustomColors:" } else { "%%+" };
+        format!("{keyword} ({name})\n")
+    });
+    let colours = spots.iter().enumerate().map(|(place, (name, rgb))| {
+        let keyword = if place == 0 { "%%RGBCustomColor:" } else { "%%+" };
+        let [red, green, blue] = rgb.map(share);
+        format!("{keyword} {red} {green} {blue} ({name})\n")
+    });
+    names.chain(colours).collect()
 }
 
 /// Writes words separated by spaces, and line ends where a line would become too long.
@@ -100,11 +140,8 @@ struct Writer {
 }
 
 impl Writer {
-    fn begin(&mut self, label: &str, rgb: [u8; 3]) {
-        let [red, green, blue] = rgb.map(|v| decimal(f64::from(v) / 255.0));
-        let colour =
-            if red == green && green == blue { format!("{red} setgray") } else { format!("{red} {green} {blue} setrgbcolor") };
-        self.text.push_str(&format!("%%BeginObject: {label}\n{colour}\n"));
+    fn begin(&mut self, label: &str, paint: &str) {
+        self.text.push_str(&format!("%%BeginObject: {label}\n{paint}\n"));
     }
 
     fn fill(&mut self, areas: &[Area]) {

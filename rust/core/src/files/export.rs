@@ -5,7 +5,8 @@
 
 use crate::base::{Checked, Color, Error, Ink, Palette, Result, in_one_line, or_nearest};
 use crate::files::layers::{Drawn, colours};
-use crate::files::{Layout, Length, Page, Style};
+use crate::files::registration::LEAST_MARGIN;
+use crate::files::{Layout, Length, Page, Style, Unit};
 use crate::options::{Audience, Only, Typed, Value, words};
 
 words! {
@@ -60,7 +61,14 @@ pub struct Export {
     pub layout: Layout,
     /// Whether a PNG holds black and white alone, one bit a pixel, instead of antialiased grey.
     pub one_bit: bool,
+    /// How far lighter inks spread under darker ones, at most [`WIDEST_TRAP`] mm.
+    pub trap: Option<Length>,
+    /// Whether there are registration marks around the drawing.
+    pub registration_marks: bool,
 }
+
+/// The widest trap in mm: ten times what hand printing needs.
+const WIDEST_TRAP: f64 = 5.0;
 
 /// A setting as it is declared.
 #[derive(Debug, Clone, Copy)]
@@ -170,6 +178,28 @@ pub const SETTINGS: &[Setting] = &[
         refused: Some(|export| export.one_bit.then(|| "True".to_owned())),
     },
     Setting {
+        name: "trap",
+        value_name: "LENGTH",
+        sentence: "How far the lighter of two inks spreads under the darker one beside it",
+        default: "not at all",
+        allowed: Length::ALLOWED,
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| length(value).map(|trap| export.trap = Some(trap)),
+        refused: None,
+    },
+    Setting {
+        name: "registration_marks",
+        value_name: "",
+        sentence: "Registration marks around the drawing, in margins of at least 10 mm",
+        default: "none",
+        allowed: "True or False",
+        is_size: false,
+        audience: Audience::Further,
+        set: |export, value| bool::read(value).map(|has_marks| export.registration_marks = has_marks),
+        refused: None,
+    },
+    Setting {
         name: "width",
         value_name: "LENGTH",
         sentence: "Width without margins, in mm, cm, in, pt or px",
@@ -261,7 +291,7 @@ impl Export {
     ///
     /// # Errors
     /// [`Error::Option`] for the first that breaks its rule.
-    pub fn check(self) -> Result<Checked<Self>> {
+    pub fn check(mut self) -> Result<Checked<Self>> {
         if self.style == Style::Layered && !self.only.is_all() {
             return Err(Error::option("only", &self.only, "left out when style is layered: a layered drawing has all inks"));
         }
@@ -270,7 +300,24 @@ impl Export {
             return Err(Error::option("dots", "strokes", rule));
         }
         self.layout.validate()?;
+        if let Some(trap) = self.trap {
+            if !(trap.value > 0.0 && trap.mm() <= WIDEST_TRAP) {
+                return Err(Error::option("trap", trap, format!("above 0 and at most {WIDEST_TRAP}mm")));
+            }
+            if self.style == Style::Layered {
+                return Err(Error::option("trap", trap, "left out when style is layered: inks lie over each other there anyway"));
+            }
+        }
+        let least = Length { value: LEAST_MARGIN, unit: Unit::Mm };
+        if self.registration_marks && self.layout.margin.points() < least.points() {
+            self.layout.margin = least;
+        }
         Ok(Checked::of(self))
+    }
+
+    /// The same for an ink alone, without a paper.
+    pub(super) fn of_plate(&self, ink: &str) -> Self {
+        Self { only: Only::named(&[ink]), paper: None, no_paper: true, ..self.clone() }
     }
 
     /// Checks that a drawing of this palette can be written so.
@@ -280,10 +327,23 @@ impl Export {
     /// would show.
     pub(crate) fn check_palette(&self, palette: &Palette) -> Result<()> {
         let drawn = self.only.of(palette)?;
+        if let Some(trap) = self.trap {
+            if palette.overprint() {
+                return Err(Error::option(
+                    "trap",
+                    trap,
+                    "left out for inks over each other: what lies under them is printed anyway",
+                ));
+            }
+            if palette.inks().len() < 2 {
+                return Err(Error::option("trap", trap, "left out for a drawing of one ink: no two inks touch in it"));
+            }
+        }
         if !palette.is_black_and_white() {
             self.style.check_palette(palette)?;
-            if self.one_bit {
-                return Err(Error::option("one_bit", "True", "left out for a drawing of other inks than black"));
+            if self.one_bit && drawn.len() > 1 {
+                let rule = "left out where a file has several inks: only pink, or {ink} in its name, writes the film of one";
+                return Err(Error::option("one_bit", "True", rule));
             }
             return Ok(());
         }

@@ -53,8 +53,8 @@ pub enum Outline {
 /// What a mark covers: a filled area. Its holes run against its exterior, so that the even-odd and the nonzero rule fill the same.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
-    /// Whose it is.
-    pub mark: Mark,
+    /// Whose it is; none's, if it is there for the print alone, as traps and registration marks are.
+    pub mark: Option<Mark>,
     /// The outer boundary, of positive turn (from +x towards +y).
     pub exterior: Outline,
     /// The inner boundaries; none in the layered way.
@@ -77,7 +77,7 @@ pub(super) fn circle_area(radius: f64) -> f64 {
     std::f64::consts::PI * radius * radius
 }
 
-fn capitalized(name: &str) -> String {
+pub(super) fn capitalized(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
 }
@@ -89,7 +89,8 @@ fn ground(rgb: [u8; 3], covers_page: bool) -> Ground {
 /// Disjoint areas of one ink and one kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Its name in files, the same in every run: `black-regions`, `white-stipples`, or `level-3-black-regions` in the layered way.
+    /// Its name in files, the same in every run: `black-regions`, `white-stipples`, or `level-3-black-regions` in the layered way;
+    /// `pink-trap` and `registration-marks` of what is there for the print alone.
     pub id: String,
     /// Its name for people: `Black regions`, or `Level 3: black regions`.
     pub label: String,
@@ -144,6 +145,8 @@ pub struct Layers {
     pub layers: Vec<Layer>,
     /// Whether their colours multiply where they lie over each other, as inks of an overprint do.
     pub multiply: bool,
+    /// Whether what lies under a layer is printed too: where inks are laid over each other, and where one spreads under another.
+    pub overprint: bool,
 }
 
 const BLACK: [u8; 3] = [0; 3];
@@ -208,7 +211,7 @@ impl Drawing {
             layer.rgb = colours[layer.ink.index()];
         }
         let grounds = paper.into_iter().chain(has_underlay.then_some(underlay)).collect();
-        Ok(Layers { grounds, layers, multiply: false })
+        Ok(Layers { grounds, layers, multiply: false, overprint: false })
     }
 
     /// The layers of other inks than black and white: of a flat drawing those of its plates.
@@ -231,7 +234,8 @@ impl Drawing {
             }
         }
         let grounds = paper.map(|paper| ground(paper.rgb(), true)).or(needed).into_iter().collect();
-        Ok(Layers { grounds, layers, multiply: self.palette.overprint() })
+        let multiply = self.palette.overprint();
+        Ok(Layers { grounds, layers, multiply, overprint: multiply })
     }
 
     fn layered(&self) -> Vec<Layer> {
@@ -277,11 +281,11 @@ impl Drawing {
 
     fn area(&self, mark: Mark, with_holes: bool) -> Area {
         match mark {
-            Mark::Stipple(i) => Area { mark, exterior: self.circle(i), holes: Vec::new() },
+            Mark::Stipple(i) => Area { mark: Some(mark), exterior: self.circle(i), holes: Vec::new() },
             Mark::Region(i) => {
                 let region = &self.regions[i as usize];
                 let holes = if with_holes { region.holes.iter().map(|hole| self.outline(hole)).collect() } else { Vec::new() };
-                Area { mark, exterior: self.outline(&region.exterior), holes }
+                Area { mark: Some(mark), exterior: self.outline(&region.exterior), holes }
             }
         }
     }

@@ -25,7 +25,7 @@ const SIZES: &str = "between 0.1mm and 100000mm";
 const PRINT_DPI: f64 = 300.0;
 
 /// px to the inch.
-const PX_PER_INCH: f64 = 96.0;
+pub(super) const PX_PER_INCH: f64 = 96.0;
 
 /// Sizes may differ by this share before one counts as the larger: conversions between units round.
 const ROUNDING: f64 = 1e-9;

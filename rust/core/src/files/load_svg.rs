@@ -17,6 +17,7 @@ use crate::files::json::NAMES;
 use crate::files::layers::{Area, Style};
 use crate::files::load::{Contents, Subpath, rebuild};
 use crate::files::load_inks::{OfLayer, Outlines};
+use crate::files::plates::REGISTRATION;
 use crate::files::read_path::{PathReader, circle, number};
 use crate::files::sources::Sources;
 use crate::files::strokes::FINER;
@@ -275,6 +276,10 @@ impl Reader {
         let mut last = None;
         for group in groups {
             let id = group.attribute("id").unwrap_or_default();
+            if id == REGISTRATION {
+                // No part of the drawing.
+                continue;
+            }
             let role = Role::of(id, &self.contents.palette).ok_or_else(|| not_ours(*group))?;
             if last.is_some_and(|last| last >= role) {
                 return Err(invalid(format!("the layer {id} stands twice in it, or after layers that lie over it")));

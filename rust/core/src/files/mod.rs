@@ -16,13 +16,16 @@ mod load_inks;
 mod load_json;
 mod load_svg;
 mod pdf;
+mod plates;
 pub mod raster;
 mod read_path;
+mod registration;
 mod sources;
 mod strips;
 mod strokes;
 mod svg;
 mod svgz;
+mod trap;
 mod write_path;
 
 use std::borrow::Cow;
@@ -34,6 +37,7 @@ pub(crate) use export::length;
 pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
+pub use plates::Plate;
 pub(crate) use svg::{INKSCAPE, NAMESPACE, escape, hexadecimal};
 
 /// A format that drawings are written in. [`Format::ALL`] is the table of them: the suffix says which one a file has, and help,
@@ -59,10 +63,10 @@ pub struct Format {
 type Read = fn(&[u8], &Control) -> Result<Drawing>;
 
 /// What every vector format takes.
-const OF_VECTORS: &[&str] = &["style", "only", "paper", "width", "margin", "page"];
+const OF_VECTORS: &[&str] = &["style", "only", "paper", "trap", "registration_marks", "width", "margin", "page"];
 
 /// What SVG takes.
-const OF_SVG: &[&str] = &["style", "only", "paper", "elements", "dots", "width", "margin", "page"];
+const OF_SVG: &[&str] = &["style", "only", "paper", "elements", "dots", "trap", "registration_marks", "width", "margin", "page"];
 
 impl Format {
     /// All formats.
@@ -107,7 +111,7 @@ impl Format {
             suffix: "dxf",
             name: "DXF",
             holds: "closed polylines or splines, and circles, in millimetres, for cutters and CAD",
-            settings: &["style", "only", "curves", "width", "margin", "page"],
+            settings: &["style", "only", "curves", "trap", "registration_marks", "width", "margin", "page"],
             fits: fits_on_paper,
             write: |drawing, export| dxf::to_dxf(drawing, export).map(String::into_bytes),
             read: None,
@@ -117,7 +121,7 @@ impl Format {
             name: "PNG",
             holds: "grey pixels with smooth edges, or black and white ones",
             // Style and inks make a difference on coloured paper.
-            settings: &["style", "only", "paper", "width", "margin", "page", "dpi", "one_bit"],
+            settings: &["style", "only", "paper", "trap", "registration_marks", "width", "margin", "page", "dpi", "one_bit"],
             fits: raster::fits,
             write: raster::to_png,
             read: None,

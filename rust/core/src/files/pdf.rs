@@ -1,7 +1,8 @@
 //! A drawing as PDF: one page with filled vector paths, each layer an optional content group that viewers and editors show by name.
 //!
 //! Coordinates are whole units under one transform, curves are cubic, and greys are DeviceGray, so that a press prints them
-//! with black alone. The nonzero rule fills: holes run against their exteriors. There are no dates and no identifiers, so the same
+//! with black alone. Other inks than black and white are separations of their names, each a plate by itself; what lies under them
+//! is printed too where inks are laid over each other, and viewers multiply their colours there. The nonzero rule fills: holes run against their exteriors. There are no dates and no identifiers, so the same
 //! drawing always gives the same bytes.
 //!
 //! # Size
@@ -17,7 +18,8 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use pdf_writer::types::Predictor;
+use pdf_writer::types::{BlendMode, ColorSpaceOperand, OverprintMode, Predictor};
+use pdf_writer::writers::ExtGraphicsState;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 
 use crate::base::{Error, Result};
@@ -27,6 +29,7 @@ use crate::files::export::Export;
 use crate::files::fitting::with_few_cubics;
 use crate::files::layers::{Area, Layers, Outline};
 use crate::files::layout::Placement;
+use crate::files::plates::ALL;
 use crate::files::strips::sort_in_strips;
 
 /// The longest side of a page in the PDF's own units that Acrobat and others take. A longer page has larger units.
@@ -34,6 +37,9 @@ const LONGEST_SIDE: f64 = 14_400.0;
 
 /// Deflate's effort.
 const COMPRESSION: Compression = Compression::new(9);
+
+/// The graphics state of layers under which others are printed.
+const OVERPRINT: Name<'static> = Name(b"overprint");
 
 /// PNG's name of a row that is its difference to the one above.
 const UP: u8 = 2;
@@ -51,13 +57,13 @@ const DOTS_IN_A_ROW: usize = 64;
 pub(super) fn to_pdf(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     let placement = export.layout.place(drawing.width, drawing.height)?;
     let units = cubic::units_per_pixel(drawing);
-    let layers = with_few_cubics(drawing, units).layers(export.style, &export.only, export.paper.as_ref())?;
-    let groups: Vec<Group<'_>> = groups(&layers, [drawing.width, drawing.height], &placement);
+    let layers = export.layers_of(&with_few_cubics(drawing, units), &placement)?;
+    let groups: Vec<Group<'_>> = groups(&layers, drawing, &placement);
     let contents = contents(&groups, &placement, units);
     let compressed: std::io::Result<Vec<Stream>> = contents.into_iter().map(Stream::compressed).collect();
     compressed
         .map_err(|error| Error::Internal(format!("the PDF's content cannot be compressed: {error}")))
-        .map(|streams| document(&groups, &placement, &streams))
+        .map(|streams| document(&groups, &inking(&layers, drawing), &placement, &streams))
 }
 
 /// An optional content group: the paper, the underlay or a layer.
@@ -65,6 +71,9 @@ struct Group<'a> {
     id: &'a str,
     label: &'a str,
     rgb: [u8; 3],
+    /// The separation that it is painted on, if it is one.
+    separation: Option<&'a str>,
+    overprints: bool,
     shapes: Shapes<'a>,
 }
 
@@ -75,16 +84,42 @@ enum Shapes<'a> {
     Areas(&'a [Area]),
 }
 
-fn groups<'a>(layers: &'a Layers, canvas: [usize; 2], placement: &Placement) -> Vec<Group<'a>> {
+fn groups<'a>(layers: &'a Layers, drawing: &Drawing, placement: &Placement) -> Vec<Group<'a>> {
+    let canvas = [drawing.width, drawing.height];
     let under = layers.grounds.iter().map(|ground| {
         let shapes = Shapes::Rectangle(ground.rectangle(canvas, placement));
-        Group { id: ground.id, label: ground.label, rgb: ground.rgb, shapes }
+        Group { id: ground.id, label: ground.label, rgb: ground.rgb, separation: None, overprints: false, shapes }
     });
     let of_layer = layers.layers.iter().map(|layer| {
         let shapes = Shapes::Areas(&layer.areas);
-        Group { id: &layer.id, label: &layer.label, rgb: layer.rgb, shapes }
+        let separation = layer.separation(&drawing.palette);
+        Group { id: &layer.id, label: &layer.label, rgb: layer.rgb, separation, overprints: layers.overprint, shapes }
     });
     under.chain(of_layer).collect()
+}
+
+/// What inks are besides their areas.
+struct Inking<'a> {
+    /// The separations, with the colours that stand for them.
+    separations: Vec<(&'a str, [u8; 3])>,
+    /// How what lies under a layer is printed too, if it is.
+    blending: Option<BlendMode>,
+}
+
+fn inking<'a>(layers: &'a Layers, drawing: &Drawing) -> Inking<'a> {
+    let mut separations = layers.separations(&drawing.palette);
+    if layers.multiply && layers.grounds.iter().any(|ground| ground.covers_page) {
+        // Multiplied with the paper they are what they are on it.
+        let paper = drawing.palette.paper();
+        for (_, rgb) in separations.iter_mut().filter(|(name, _)| *name != ALL) {
+            *rgb = [0, 1, 2].map(|channel| {
+                let [ink, paper] = [rgb[channel], paper[channel]].map(u32::from);
+                (255 * ink).checked_div(paper).unwrap_or(255).min(255) as u8
+            });
+        }
+    }
+    let blending = if layers.multiply { BlendMode::Multiply } else { BlendMode::Normal };
+    Inking { separations, blending: layers.overprint.then_some(blending) }
 }
 
 /// How many points a unit of the page is.
@@ -92,10 +127,13 @@ fn user_unit(placement: &Placement) -> f64 {
     (placement.page[0].max(placement.page[1]) / LONGEST_SIDE).ceil().max(1.0)
 }
 
-fn document(groups: &[Group<'_>], placement: &Placement, streams: &[Stream]) -> Vec<u8> {
+fn document(groups: &[Group<'_>], inking: &Inking<'_>, placement: &Placement, streams: &[Stream]) -> Vec<u8> {
     let [catalog, pages, page, info] = [1, 2, 3, 4].map(Ref::new);
     let references: Vec<Ref> = (5..).map(Ref::new).take(groups.len()).collect();
     let contents: Vec<Ref> = (5 + groups.len() as i32..).map(Ref::new).take(streams.len()).collect();
+    let tints = (5 + (groups.len() + streams.len()) as i32..).map(Ref::new);
+    let separations: Vec<(&str, [u8; 3], Ref)> =
+        inking.separations.iter().zip(tints).map(|((name, rgb), tint)| (*name, *rgb, tint)).collect();
     let mut pdf = Pdf::new();
 
     let mut root = pdf.catalog(catalog);
@@ -128,9 +166,29 @@ fn document(groups: &[Group<'_>], placement: &Placement, streams: &[Stream]) -> 
         properties.pair(Name(group.id.as_bytes()), *reference);
     }
     properties.finish();
+    if !separations.is_empty() {
+        let mut spaces = resources.insert(Name(b"ColorSpace")).dict();
+        for (name, _, tint) in &separations {
+            let mut space = spaces.insert(Name(name.as_bytes())).array();
+            space.item(Name(b"Separation")).item(Name(name.as_bytes())).item(Name(b"DeviceRGB")).item(*tint);
+        }
+    }
+    if let Some(mode) = inking.blending {
+        let mut states = resources.ext_g_states();
+        let mut state = states.insert(OVERPRINT).start::<ExtGraphicsState>();
+        state.overprint(true).overprint_fill(true).overprint_mode(OverprintMode::IgnoreZeroChannel);
+        if mode != BlendMode::Normal {
+            state.blend_mode(mode);
+        }
+    }
     resources.finish();
     sheet.finish();
 
+    for (_, rgb, tint) in separations {
+        // From nothing to the full tint.
+        let mut function = pdf.exponential_function(tint);
+        function.domain([0.0, 1.0]).c0([1.0; 3]).c1(rgb.map(share)).n(1.0);
+    }
     pdf.document_info(info).producer(TextStr(concat!("graphstipple ", env!("CARGO_PKG_VERSION"))));
     for (stream, reference) in streams.iter().zip(contents) {
         let mut written = pdf.stream(reference, &stream.bytes);
@@ -169,7 +227,13 @@ fn contents(groups: &[Group<'_>], placement: &Placement, units: f64) -> Vec<Stre
     let mut sizes = Sizes::default();
     for group in groups {
         content.begin_marked_content_with_properties(Name(b"OC")).properties_named(Name(group.id.as_bytes()));
-        set_colour(&mut content, group.rgb);
+        match group.separation {
+            Some(name) => drop(content.set_fill_color_space(ColorSpaceOperand::Named(Name(name.as_bytes()))).set_fill_color([1.0])),
+            None => set_colour(&mut content, group.rgb),
+        }
+        if group.overprints {
+            content.set_parameters(OVERPRINT);
+        }
         match group.shapes {
             Shapes::Rectangle(sides) => {
                 let [left, top, right, bottom] = sides.map(|v| (v * units) as f32);
@@ -190,9 +254,14 @@ fn contents(groups: &[Group<'_>], placement: &Placement, units: f64) -> Vec<Stre
     streams
 }
 
+/// What part of the whole a value of 8 bits is.
+fn share(value: u8) -> f32 {
+    f32::from(value) / 255.0
+}
+
 /// Sets what is filled with: grey where the colour is one, so that a press prints it with black alone.
 fn set_colour(content: &mut Content, rgb: [u8; 3]) {
-    let [red, green, blue] = rgb.map(|v| f32::from(v) / 255.0);
+    let [red, green, blue] = rgb.map(share);
     if red == green && green == blue {
         content.set_fill_gray(red);
     } else {

@@ -18,11 +18,12 @@ use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter, PixelDimensi
 use rayon::prelude::*;
 use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Transform};
 
-use crate::base::{Error, Ink, Pool, Result};
+use crate::base::{Error, Ink, Pool, Result, circle_polygon};
 use crate::drawing::{Drawing, Mark, Ring, RingPart};
 use crate::files::export::Export;
-use crate::files::layers::{Drawn, colours};
-use crate::files::layout::PixelPlacement;
+use crate::files::layers::{self, Area, Drawn, colours};
+use crate::files::layout::{PX_PER_INCH, PixelPlacement};
+use crate::files::registration;
 use crate::photo::MAX_SIDE;
 
 /// The most pixels that a raster may have: a poster of A0 size at 800 dots per inch, and a gigabyte of memory.
@@ -124,13 +125,17 @@ fn painted(drawing: &Drawing, [width, height]: [usize; 2], scale: [f64; 2], wind
         return Raster { width, height, channels: 1, values: paint(&levels, width, height, rows) };
     }
     let colours: Vec<[u8; 3]> = drawing.palette.labels().map(|label| drawing.palette.rgb(label)).collect();
-    painted_in(drawing, &colours, [width, height], scale, window, rows)
+    painted_in(drawing, &colours, &[], [width, height], scale, window, rows)
 }
+
+/// What is laid over a drawing, and the change of colour where it is.
+type Laid = (Flattened, [i32; 3]);
 
 /// The same in colours, one for every label: what every label covers of a pixel is summed up, so that where two meet no third shows.
 fn painted_in(
     drawing: &Drawing,
     colours: &[[u8; 3]],
+    laid: &[Laid],
     [width, height]: [usize; 2],
     scale: [f64; 2],
     window: Option<&Window>,
@@ -154,20 +159,28 @@ fn painted_in(
     let mut values = vec![0u8; 3 * width * height];
     values.par_chunks_mut(3 * width * rows).enumerate().for_each(|(band, values)| {
         let mut covered = vec![0u8; values.len() / 3];
-        let mut sums = vec![[0u32; 4]; covered.len()];
+        let mut sums = vec![[0i32; 4]; covered.len()];
         for (colour, flattened) in &flattened {
             paint_band(std::slice::from_ref(flattened), Color::BLACK, width, band * rows, &mut covered);
             for (sum, covered) in sums.iter_mut().zip(&covered).filter(|(_, covered)| **covered > 0) {
-                let covered = u32::from(*covered);
+                let covered = i32::from(*covered);
                 for channel in 0..3 {
-                    sum[channel] += covered * u32::from(colour[channel]);
+                    sum[channel] += covered * i32::from(colour[channel]);
                 }
                 sum[3] += covered;
             }
         }
+        for (flattened, change) in laid {
+            paint_band(std::slice::from_ref(flattened), Color::BLACK, width, band * rows, &mut covered);
+            for (sum, covered) in sums.iter_mut().zip(&covered).filter(|(_, covered)| **covered > 0) {
+                for channel in 0..3 {
+                    sum[channel] += i32::from(*covered) * change[channel];
+                }
+            }
+        }
         for (pixel, [red, green, blue, whole]) in values.chunks_exact_mut(3).zip(sums) {
             let whole = whole.max(1);
-            pixel.copy_from_slice(&[red, green, blue].map(|sum| ((sum + whole / 2) / whole) as u8));
+            pixel.copy_from_slice(&[red, green, blue].map(|sum| ((sum + whole / 2) / whole).clamp(0, 255) as u8));
         }
     });
     Raster { width, height, channels: 3, values }
@@ -206,18 +219,27 @@ pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
     };
     let in_grey = [black, white, paper].iter().all(|[red, green, blue]| red == green && green == blue);
     let pixels = if export.one_bit {
-        let page = on_page(values, &placement, if paper == black { 0 } else { 255 });
+        let margin = if paper == black { 0 } else { 255 };
+        let mut page = on_page(values, &placement, margin);
+        if let Some(marks) = marks(export, &placement) {
+            paint_marks(&mut page, width, &marks, |pixel, covered| if covered < 128 { pixel } else { 255 - margin });
+        }
         let samples = page.chunks(width).flat_map(pack).collect();
         let is_plain = [black, white] == [[0; 3], [255; 3]];
         let (color, palette) = if is_plain { (ColorType::Grayscale, None) } else { (ColorType::Indexed, Some([black, white])) };
         Pixels { width, height, color, depth: BitDepth::One, palette, samples: Cow::Owned(samples) }
     } else if in_grey {
         let values = if [black, white] == [[0; 3], [255; 3]] { values } else { values.iter().map(|v| between(*v, 0)).collect() };
-        let samples = on_page(values, &placement, paper[0]);
+        let mut samples = on_page(values, &placement, paper[0]);
+        if let Some(marks) = marks(export, &placement) {
+            let [mark, ..] = export.rgb_of_marks(&drawing.palette)?;
+            paint_marks(&mut samples, width, &marks, |pixel, covered| mixed(pixel, mark, covered));
+        }
         Pixels { width, height, color: ColorType::Grayscale, depth: BitDepth::Eight, palette: None, samples: Cow::Owned(samples) }
     } else {
         let table: Vec<[u8; 3]> = (0..=255).map(|grey| [0, 1, 2].map(|channel| between(grey, channel))).collect();
-        let samples = on_page(values.iter().map(|v| table[usize::from(*v)]).collect(), &placement, paper).into_flattened();
+        let page = on_page(values.iter().map(|v| table[usize::from(*v)]).collect(), &placement, paper);
+        let samples = marked(page, drawing, export, &placement)?.into_flattened();
         Pixels { width, height, color: ColorType::Rgb, depth: BitDepth::Eight, palette: None, samples: Cow::Owned(samples) }
     };
     write_png(&pixels, placement.dpi, DEFLATE)
@@ -227,21 +249,121 @@ pub fn to_png(drawing: &Drawing, export: &Export) -> Result<Vec<u8>> {
 fn to_png_of_inks(drawing: &Drawing, export: &Export, placement: &PixelPlacement) -> Result<Vec<u8>> {
     let palette = &drawing.palette;
     let drawn = export.only.of(palette)?;
-    let paper = export.paper.as_ref().map_or(palette.paper(), |paper| paper.rgb());
+    // A film: what the one ink covers is black.
+    let paper = if export.one_bit { [255; 3] } else { export.paper.as_ref().map_or(palette.paper(), |paper| paper.rgb()) };
+    let of_ink = |label: Ink| if export.one_bit { [0; 3] } else { palette.rgb(label) };
+    let behind = if export.one_bit { [255; 3] } else { palette.of_plate(palette.inks().len()).paper() };
     let colour = |label: Ink| {
+        if drawn[..] == [palette.inks().len()] {
+            // The paper as the only ink.
+            return if label == palette.paper_label() { of_ink(label) } else { behind };
+        }
         // Without the inks that are not drawn.
         let shown = palette.with_only(label, &drawn);
-        if shown == palette.paper_label() { paper } else { palette.rgb(shown) }
+        if shown == palette.paper_label() { paper } else { of_ink(shown) }
     };
     let colours: Vec<[u8; 3]> = palette.labels().map(colour).collect();
     let [across, down] = placement.drawing;
     let scale = [across as f64 / drawing.width as f64, down as f64 / drawing.height as f64];
-    let Raster { values, .. } = painted_in(drawing, &colours, placement.drawing, scale, None, rows_of_a_band(across));
+    let mut laid: Vec<Laid> = Vec::new();
+    if let Some(trap) = export.trap {
+        let distance = trap.points() / export.layout.place(drawing.width, drawing.height)?.scale;
+        let order = palette.lightest_first();
+        for (place, ink) in order.iter().enumerate().filter(|(_, ink)| drawn.contains(ink)) {
+            // Under darker inks that are drawn too, nothing is seen of it.
+            let bare: Vec<usize> = order[place + 1..].iter().copied().filter(|other| !drawn.contains(other)).collect();
+            let change = [0, 1, 2].map(|i| i32::from(of_ink(Ink::of_label(*ink as u8))[i]) - i32::from(paper[i]));
+            laid.push((flattened(&drawing.trap(*ink, &bare, distance, false)?, scale), change));
+        }
+    }
+    let rows = rows_of_a_band(across);
+    let Raster { values, .. } = painted_in(drawing, &colours, &laid, placement.drawing, scale, None, rows);
+    if export.one_bit {
+        let mut page = on_page(values.chunks_exact(3).map(|pixel| pixel[0]).collect(), placement, 255);
+        if let Some(marks) = marks(export, placement) {
+            paint_marks(&mut page, placement.page[0], &marks, |pixel, covered| if covered < 128 { pixel } else { 0 });
+        }
+        let samples = Cow::Owned(page.chunks(placement.page[0]).flat_map(pack).collect());
+        let [width, height] = placement.page;
+        let (color, depth) = (ColorType::Grayscale, BitDepth::One);
+        return write_png(&Pixels { width, height, color, depth, palette: None, samples }, placement.dpi, DEFLATE);
+    }
     let pixels: Vec<[u8; 3]> = values.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    let samples = Cow::Owned(on_page(pixels, placement, paper).into_flattened());
+    let page = marked(on_page(pixels, placement, paper), drawing, export, placement)?;
+    let samples = Cow::Owned(page.into_flattened());
     let [width, height] = placement.page;
     let pixels = Pixels { width, height, color: ColorType::Rgb, depth: BitDepth::Eight, palette: None, samples };
     write_png(&pixels, placement.dpi, DEFLATE)
+}
+
+/// Registration marks in pixels of the page, if they are asked for.
+fn marks(export: &Export, placement: &PixelPlacement) -> Option<Flattened> {
+    if !export.registration_marks {
+        return None;
+    }
+    let ([across, down], [left, top]) = (placement.drawing, placement.origin);
+    let per_inch = placement.dpi.unwrap_or(PX_PER_INCH);
+    let areas = registration::marks([across as f64, down as f64], per_inch / 25.4);
+    let mut flat = flattened(&areas, [1.0; 2]);
+    for polygons in &mut flat.batches {
+        polygons.points.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + left as f32, *y + top as f32));
+        polygons.outlines.iter_mut().for_each(|outline| {
+            outline.top += top as f32;
+            outline.bottom += top as f32;
+        });
+    }
+    Some(flat)
+}
+
+/// Areas as what is painted, of so many pixels to one of the canvas.
+fn flattened(areas: &[Area], scale: [f64; 2]) -> Flattened {
+    let mut polygons = Polygons { points: Vec::new(), outlines: Vec::new() };
+    let tolerance = CURVE_TOLERANCE / scale[0].max(scale[1]);
+    for area in areas {
+        for (place, outline) in std::iter::once(&area.exterior).chain(&area.holes).enumerate() {
+            let mut points = Vec::new();
+            match outline {
+                layers::Outline::Path(path) => {
+                    kurbo::flatten(path.iter(), tolerance, |element| points.extend(element.end_point().map(|p| [p.x, p.y])));
+                }
+                layers::Outline::Circle { x, y, radius } => {
+                    points = circle_polygon([*x, *y], *radius, DOT_TOLERANCE / scale[0].max(scale[1]));
+                    if place > 0 {
+                        points.reverse();
+                    }
+                }
+            }
+            polygons.push(scale, points.into_iter());
+        }
+    }
+    Flattened { ink: Ink::WHITE, batches: vec![polygons] }
+}
+
+/// Paints marks over the pixels of a page: what becomes of each, by how much of it is covered, of 255.
+fn paint_marks<T: Copy + Send>(page: &mut [T], width: usize, marks: &Flattened, paint: impl Fn(T, u8) -> T + Sync) {
+    let rows = rows_of_a_band(width);
+    page.par_chunks_mut(width * rows).enumerate().for_each(|(band, pixels)| {
+        let mut covered = vec![0u8; pixels.len()];
+        paint_band(std::slice::from_ref(marks), Color::BLACK, width, band * rows, &mut covered);
+        for (pixel, covered) in pixels.iter_mut().zip(covered).filter(|(_, covered)| *covered > 0) {
+            *pixel = paint(*pixel, covered);
+        }
+    });
+}
+
+/// A page in colours with its registration marks.
+fn marked(mut page: Vec<[u8; 3]>, drawing: &Drawing, export: &Export, placement: &PixelPlacement) -> Result<Vec<[u8; 3]>> {
+    if let Some(marks) = marks(export, placement) {
+        let rgb = export.rgb_of_marks(&drawing.palette)?;
+        paint_marks(&mut page, placement.page[0], &marks, |pixel, covered| [0, 1, 2].map(|i| mixed(pixel[i], rgb[i], covered)));
+    }
+    Ok(page)
+}
+
+/// A value of which so much, of 255, is covered by another.
+fn mixed(value: u8, other: u8, covered: u8) -> u8 {
+    let [value, other, covered] = [value, other, covered].map(u32::from);
+    ((value * (255 - covered) + other * covered + 127) / 255) as u8
 }
 
 /// The drawing's pixels with margins around them.

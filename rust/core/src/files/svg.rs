@@ -48,7 +48,7 @@ pub(super) fn to_svg(drawing: &Drawing, export: &Export) -> Result<String> {
 fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let (width, height) = (drawing.width, drawing.height);
     let placement = export.layout.place(width, height)?;
-    let layers = drawing.layers(export.style, &export.only, export.paper.as_ref())?;
+    let layers = export.layers_of(drawing, &placement)?;
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let mut path = PathWriter::new(drawing.units);
     path.bytes.reserve(2048 + 16 * elements + 56 * drawing.stipples.len());
@@ -139,7 +139,7 @@ impl Writer<'_> {
     fn layer(&mut self, layer: &Layer) {
         let rgb = layer.rgb;
         // A layer has marks of one kind.
-        let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Mark::Stipple(_)));
+        let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Some(Mark::Stipple(_))));
         let has_strokes = has_dots && self.export.dots == Dots::Strokes;
         let units = if has_strokes { strokes::FINER * self.path.units } else { self.path.units };
         let transform = format!(" transform=\"scale({})\"", digits(1.0 / units));
@@ -148,7 +148,9 @@ impl Writer<'_> {
         } else {
             fill(rgb)
         };
-        let blend = if self.layers.multiply { format!(" style=\"{MULTIPLY}\"") } else { String::new() };
+        // Marks for whoever prints are of no ink's colour.
+        let multiplies = self.layers.multiply && !layer.is_registration();
+        let blend = if multiplies { format!(" style=\"{MULTIPLY}\"") } else { String::new() };
         self.group(&layer.id, &layer.label, &(paint + &transform + &blend));
         match self.export.elements {
             _ if has_strokes => self.strokes(&layer.areas),
@@ -171,17 +173,17 @@ impl Writer<'_> {
     }
 
     fn mark(&mut self, area: &Area, ink: &str) {
-        let id = id_of(area.mark, ink);
+        let id = area.mark.map(|mark| format!("id=\"{}\" ", id_of(mark, ink))).unwrap_or_default();
         match area.exterior {
-            Outline::Circle { x, y, radius } => {
+            Outline::Circle { x, y, radius } if area.holes.is_empty() => {
                 let units = self.path.units;
                 let radius = radius * units;
                 let x = rounded(leftmost(x * units, radius) + radius);
                 let [x, y, radius] = [x, y * units, radius].map(digits);
-                self.path.text(&format!("<circle id=\"{id}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>\n"));
+                self.path.text(&format!("<circle {id}cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>\n"));
             }
-            Outline::Path(_) => {
-                self.open(&format!("id=\"{id}\" "));
+            _ => {
+                self.open(&id);
                 self.outlines(area);
                 self.close();
             }
