@@ -407,7 +407,9 @@ mod tests {
                 curves,
                 layout,
                 one_bit: true,
-                no_paper: false
+                no_paper: false,
+                registration_marks: false,
+                trap: None,
             }
         );
         export.set("paper", &word("none")).unwrap();
