@@ -213,6 +213,19 @@ def write_machines(folder: Path, photo: np.ndarray, drawing: gs.Drawing) -> None
         write_in_colours(folder / f"{name}.png", [before, drawn(kept, part, scale)])
 
 
+def write_inks(folder: Path, photo: np.ndarray) -> None:
+    """Write a photo in inks: three on cream paper, five of its own, greys, and four over each other."""
+    part, budget = (96, 20, 346, 290), gs.Options(nodes=60_000)
+    inks = [
+        {"inks": "#1d1d1b,pink=#ff48b0,#0078bf", "paper": "#f4efe2"},
+        {"extract_inks": 5},
+        {"levels": 4},
+        {"inks": "#00aeef,#ec008c,#fff200,#1d1d1b", "overprint": True},
+    ]
+    panels = [drawn(gs.draw(photo, options=budget.replace(**one)), part, 1) for one in inks]
+    write_in_colours(folder / "colours.png", panels)
+
+
 def write_contours(folder: Path, photo: np.ndarray) -> None:
     """Draw how many points a tolerance leaves, and edges as by hand: first as they are, then each kind at 0.2 and at 1."""
     simpler = [gs.draw(photo, options=gs.Options(tolerance=tolerance)) for tolerance in (0, 0.25, 0.5, 1, 2)]
@@ -292,6 +305,7 @@ def main() -> None:
     write(folder / "importance.png", [drawn(one, HEAD, 2) for one in maps])
 
     write_subjects(folder, photo)
+    write_inks(folder, photo)
 
     # docs/output.md: what lies over what, and which ink on which paper.
     picture = drawn(drawing, FACE, 3)
