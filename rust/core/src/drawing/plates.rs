@@ -222,7 +222,7 @@ mod tests {
         for edge in [Edge::Smooth, Edge::Inked, Edge::Torn] {
             for (inks, count, overprint) in [(3, 1200, false), (6, 900, false), (15, 2500, false), (4, 60, false), (3, 1500, true)]
             {
-                for (seed, wobble) in [(1, 0.2), (2, 1.0)] {
+                for (seed, wobble) in [(1, 0.2), (2, 1.0), (10, 1.0), (14, 1.0), (20, 0.2), (24, 1.0)] {
                     let options = Options { wobble, edge, seed, tolerance: 0.3, ..Options::default() };
                     let drawing = patches_shaped(inks, count, seed, overprint, &options);
                     assert!(drawing.curves != patches(inks, count, seed, overprint).curves);

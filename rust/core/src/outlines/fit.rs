@@ -66,9 +66,11 @@ impl Fit {
     /// sides.
     pub(super) fn junction(&self, [a, b, c]: [Point; 3]) -> Point {
         let middle = ((a.to_vec2() + b.to_vec2() + c.to_vec2()) / 3.0).to_point();
-        // Of the three triangles that a junction makes with the sides, each has at least half of what the middle gives it.
-        let least = ((b - a).cross(c - a) / 6.0).abs();
-        let keeps_clear = |p: &Point| [[a, b], [b, c], [c, a]].iter().all(|[u, v]| (*v - *u).cross(*p - *u).abs() >= least);
+        // Of the three triangles that a junction makes with the sides, each has at least half of what the middle gives it, and lies
+        // within: a grid that is too coarse for a thin triangle would put the junction outside.
+        let turn = (b - a).cross(c - a);
+        let keeps_clear =
+            |p: &Point| [[a, b], [b, c], [c, a]].iter().all(|[u, v]| (*v - *u).cross(*p - *u) * turn.signum() >= turn.abs() / 6.0);
         self.snapped(middle).find(keeps_clear).unwrap_or(snap(middle, LAST_GRID))
     }
 
@@ -155,6 +157,24 @@ mod tests {
             last = curves.len();
         }
         assert!(last <= 25);
+    }
+
+    #[test]
+    fn a_junction_lies_in_its_triangle_however_thin() {
+        let fit = Fit::new(0.5, 0.3, Frame { width: 20.0, height: 20.0 });
+        for k in 0..2000 {
+            let random = |j: u64| f64::from(crate::base::noise(8 * k + j));
+            let [a, b] = [0, 2].map(|j| Point::new(10.0 + random(j), 10.0 + random(j + 1)));
+            let c = a.lerp(b, 0.5 + 0.4 * random(4)) + 0.02 * random(5) * (b - a).turn_90();
+            let triangle = if k % 2 == 0 { [a, b, c] } else { [b, a, c] };
+            let junction = fit.junction(triangle);
+            let [a, b, c] = triangle;
+            let turn = (b - a).cross(c - a);
+            for [u, v] in [[a, b], [b, c], [c, a]] {
+                let share = (v - u).cross(junction - u) / turn;
+                assert!(share > 0.1 && share < 0.9 || turn.abs() < 1e-6, "{junction:?} has {share} of {triangle:?}");
+            }
+        }
     }
 
     /// Six cells around one: a curve through the middles of the edges alone would enclose much less than the cell.
