@@ -13,7 +13,7 @@ use crate::files::cubic::{self, Piece, Sizes};
 use crate::files::export::Export;
 use crate::files::fitting::with_few_cubics;
 use crate::files::layers::{Area, Outline};
-use crate::files::plates::ALL;
+use crate::files::plates::{ALL, PROCESS};
 
 /// A path is filled and another one begun after this many points, since old interpreters refuse paths of 1500. Areas are not split:
 /// a single one may have more.
@@ -114,7 +114,11 @@ fn separation(name: &str, rgb: [u8; 3]) -> String {
 
 /// The comments that tell of separations.
 fn told(separations: &[(&str, [u8; 3])]) -> String {
-    let spots: Vec<_> = separations.iter().filter(|(name, _)| *name != ALL).collect();
+    type Named<'a> = Vec<(&'a str, [u8; 3])>;
+    let inks = separations.iter().copied().filter(|(name, _)| *name != ALL);
+    let (of_press, spots): (Named<'_>, Named<'_>) = inks.partition(|(name, _)| PROCESS.contains(name));
+    let of_press: Vec<&str> = of_press.into_iter().map(|(name, _)| name).collect();
+    let of_press = (!of_press.is_empty()).then(|| format!("%%DocumentProcessColors: {}\n", of_press.join(" ")));
     let names = spots.iter().enumerate().map(|(place, (name, _))| {
         let keyword = if place == 0 { "%%DocumentCustomColors:" } else { "%%+" };
         format!("{keyword} ({name})\n")
@@ -124,7 +128,7 @@ fn told(separations: &[(&str, [u8; 3])]) -> String {
         let [red, green, blue] = rgb.map(share);
         format!("{keyword} {red} {green} {blue} ({name})\n")
     });
-    names.chain(colours).collect()
+    of_press.into_iter().chain(names).chain(colours).collect()
 }
 
 /// Writes words separated by spaces, and line ends where a line would become too long.

@@ -14,6 +14,9 @@ const MM: f64 = 72.0 / 25.4;
 /// The separation that is all of them.
 pub(super) const ALL: &str = "All";
 
+/// Separations of inks that every press has: an ink of such a name is printed with that.
+pub(super) const PROCESS: [&str; 4] = ["Cyan", "Magenta", "Yellow", "Black"];
+
 /// The id of the layer of registration marks.
 pub(super) const REGISTRATION: &str = "registration-marks";
 
@@ -30,7 +33,8 @@ impl Layer {
             return Some(ALL);
         }
         let name = self.ink_name();
-        (!palette.is_black_and_white() && name != palette.paper_name()).then_some(name)
+        let of_press = || PROCESS.into_iter().find(|process| process.eq_ignore_ascii_case(name)).unwrap_or(name);
+        (!palette.is_black_and_white() && name != palette.paper_name()).then(of_press)
     }
 }
 
@@ -154,5 +158,142 @@ impl Writer {
             return Err(Error::option("style", "layered", "flat where each ink has a file of its own"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::NamedInk;
+    use crate::drawing::Mark;
+    use crate::drawing::samples::patches;
+    use crate::files::Format;
+    use crate::files::layers::Outline;
+    use crate::options::Value;
+
+    fn export(settings: &[(&str, &str)]) -> Export {
+        let mut export = Export::default();
+        for (name, value) in settings {
+            let value = if *value == "True" { Value::Switch(true) } else { Value::Word((*value).to_owned()) };
+            export.set(name, &value).unwrap();
+        }
+        export
+    }
+
+    fn layers(drawing: &Drawing, settings: &[(&str, &str)]) -> Layers {
+        let export = export(settings).check().unwrap();
+        let placement = export.layout.place(drawing.width, drawing.height).unwrap();
+        export.layers_of(drawing, &placement).unwrap()
+    }
+
+    fn area(layers: &[&Layer]) -> f64 {
+        layers.iter().flat_map(|layer| &layer.areas).map(crate::files::Area::area).sum()
+    }
+
+    #[test]
+    fn lighter_inks_lie_lower_and_spread_into_darker_ones_alone() {
+        for seed in 1..4 {
+            let drawing = patches(4, 900, seed, false);
+            let plain = layers(&drawing, &[]);
+            let trapped = layers(&drawing, &[("trap", "0.5px")]);
+            assert!(trapped.overprint && !trapped.multiply && !plain.overprint);
+            let order = drawing.palette.lightest_first();
+            let places: Vec<usize> =
+                trapped.layers.iter().map(|layer| order.iter().position(|ink| *ink == layer.ink.index()).unwrap()).collect();
+            assert!(places.is_sorted(), "{places:?}");
+            // Every layer is there as it was, and traps beside them, none of the darkest ink.
+            assert!(plain.layers.iter().all(|layer| trapped.layers.contains(layer)));
+            let traps: Vec<&Layer> = trapped.layers.iter().filter(|layer| layer.id.ends_with("-trap")).collect();
+            assert_eq!(trapped.layers.len(), plain.layers.len() + traps.len());
+            assert!((1..4).contains(&traps.len()), "{}", traps.len());
+            assert!(traps.iter().all(|layer| layer.ink.index() != order[3]));
+            assert!(traps.iter().flat_map(|layer| &layer.areas).all(|area| area.mark.is_none() && area.area() > -1e-9));
+            // A wider one covers more, and less than the darker inks with what it laps.
+            let wide = layers(&drawing, &[("trap", "2px")]);
+            for trap in &traps {
+                let wide: Vec<&Layer> = wide.layers.iter().filter(|layer| layer.id == trap.id).collect();
+                let darker = &order[order.iter().position(|ink| *ink == trap.ink.index()).unwrap()..];
+                let all: Vec<&Layer> = plain.layers.iter().filter(|layer| darker.contains(&layer.ink.index())).collect();
+                assert!(area(&[trap]) < area(&wide) && area(&wide) < area(&all), "{}", trap.id);
+            }
+        }
+    }
+
+    #[test]
+    fn marks_stand_around_the_drawing_in_the_ink_of_its_plate() {
+        let drawing = patches(3, 300, 1, false);
+        let with_marks = layers(&drawing, &[("registration_marks", "True")]);
+        let (marks, rest) = with_marks.layers.split_last().unwrap();
+        assert!(marks.is_registration() && marks.rgb == [0; 3] && rest == layers(&drawing, &[]).layers);
+        assert_eq!(marks.areas.len(), 8);
+        // A px is 25.4/96 mm.
+        let mm = 96.0 / 25.4;
+        for area in &marks.areas {
+            let bounds = match &area.exterior {
+                Outline::Path(path) => kurbo::Shape::bounding_box(path),
+                Outline::Circle { x, y, radius } => kurbo::Rect::new(x - radius, y - radius, x + radius, y + radius),
+            };
+            let around = kurbo::Rect::new(-9.0 * mm, -9.0 * mm, 60.0 + 9.0 * mm, 40.0 + 9.0 * mm);
+            assert!(around.inflate(1e-9, 1e-9).contains_rect(bounds), "{bounds:?}");
+            let drawn = kurbo::Rect::new(0.0, 0.0, 60.0, 40.0).inflate(0.9 * mm, 0.9 * mm);
+            assert!(drawn.intersect(bounds).area() <= 0.0, "{bounds:?}");
+            let line = area.area() / (mm * mm);
+            assert!((line - if area.holes.is_empty() { 3.16 } else { std::f64::consts::PI }).abs() < 0.01, "{line}");
+        }
+        let name = drawing.palette.inks()[1].name.clone();
+        let plate = layers(&drawing, &[("registration_marks", "True"), ("only", &name)]);
+        assert_eq!(plate.layers.last().unwrap().rgb, drawing.palette.inks()[1].rgb);
+        let margin = |settings: &[(&str, &str)]| export(settings).check().unwrap().layout.margin.to_string();
+        assert_eq!(margin(&[("registration_marks", "True"), ("margin", "2cm")]), "2cm");
+        assert_eq!(margin(&[("registration_marks", "True"), ("margin", "2mm")]), "10mm");
+    }
+
+    #[test]
+    fn separations_are_named_by_inks_and_black_and_white_have_none() {
+        let drawing = patches(3, 300, 1, false);
+        let inks = drawing.palette.inks();
+        let layers_with_marks = layers(&drawing, &[("registration_marks", "True"), ("trap", "1px")]);
+        let mut found = layers_with_marks.separations(&drawing.palette);
+        assert_eq!(found.pop(), Some((ALL, [0; 3])));
+        found.sort_unstable();
+        let mut expected: Vec<(&str, [u8; 3])> = inks.iter().map(|ink| (ink.name.as_str(), ink.rgb)).collect();
+        expected.sort_unstable();
+        assert_eq!(found, expected);
+        let plain = drawing.plate(0).unwrap();
+        let black = Drawing { palette: Palette::default(), ..plain };
+        assert!(layers(&black, &[]).separations(&black.palette).is_empty());
+        // Paper that is painted over ink is no plate.
+        let layered = layers(&drawing, &[("style", "layered")]);
+        assert!(layered.separations(&drawing.palette).iter().all(|(name, _)| *name != "paper"));
+    }
+
+    #[test]
+    fn every_ink_that_is_drawn_has_a_plate() {
+        let inks = ["black", "pink=#ff48b0"].map(|ink| NamedInk::parse(ink).unwrap());
+        let palette = Palette::new(inks.to_vec(), [255; 3], false).unwrap();
+        let names = |suffix: &str, settings: &[(&str, &str)]| -> Result<Vec<String>> {
+            let writer = Format::of_suffix(suffix)?.writer(export(settings).check()?)?;
+            Ok(writer.plates(&palette)?.into_iter().map(|plate| plate.name).collect())
+        };
+        assert_eq!(names("svg", &[]).unwrap(), ["black", "pink"]);
+        assert_eq!(names("svg", &[("only", "paper,pink")]).unwrap(), ["pink", "paper"]);
+        assert_eq!(names("png", &[("one_bit", "True")]).unwrap(), ["black", "pink"]);
+        assert_eq!(names("json", &[("style", "layered")]).unwrap(), ["black", "pink"]);
+        assert!(names("svg", &[("style", "layered")]).is_err());
+        assert!(names("svg", &[("only", "green")]).is_err());
+    }
+
+    #[test]
+    fn a_plate_holds_the_layers_of_its_ink() {
+        let drawing = patches(3, 300, 2, false);
+        let writer = Format::of_suffix("svg").unwrap().writer(export(&[("trap", "1px"), ("paper", "white")]).check().unwrap()).unwrap();
+        let whole = String::from_utf8(writer.write(&drawing).unwrap()).unwrap();
+        for plate in writer.plates(&drawing.palette).unwrap() {
+            let text = String::from_utf8(plate.write(&drawing).unwrap()).unwrap();
+            for group in text.split("<g ").skip(1).map(|group| group.trim_end().trim_end_matches("</svg>")) {
+                assert!(group.starts_with(&format!("id=\"{}-", plate.name)) && whole.contains(group), "{}", plate.name);
+            }
+        }
+        assert!(matches!(layers(&drawing, &[]).layers[0].areas[0].mark, Some(Mark::Region(_))));
     }
 }
