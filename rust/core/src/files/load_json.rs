@@ -131,9 +131,14 @@ mod tests {
 
     #[test]
     fn drawings_of_inks_are_told_by_their_json() {
-        for (inks, count, seed, overprint) in
-            [(1, 200, 1, false), (3, 900, 2, false), (15, 2500, 3, false), (2, 300, 4, true), (3, 900, 5, true), (6, 2500, 6, true)]
-        {
+        for (inks, count, seed, overprint) in [
+            (1, 200, 1, false),
+            (3, 900, 2, false),
+            (15, 2500, 3, false),
+            (2, 300, 4, true),
+            (3, 900, 5, true),
+            (6, 2500, 10, true),
+        ] {
             let drawing = patches(inks, count, seed, overprint);
             let json = to_json(&drawing);
             let again = from_json(json.as_bytes(), &Control::new()).unwrap();
