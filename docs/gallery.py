@@ -107,7 +107,7 @@ def main() -> None:
     page += [
         "## The default and the paper's settings",
         "",
-        "Left `Options.preset("paper")` with the default's node budget, in the middle the default with `stippling` 0, right the",
+        "Left the preset `paper` with the default's node budget, in the middle the default with `stippling` 0, right the",
         "default: the same number of nodes, a pixel of the picture for each of the photo's. [evaluation.md](evaluation.md) says",
         "how they are measured against each other.",
         "",

@@ -17,8 +17,6 @@ pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub(crate) use known::Known;
 pub use least_radius::DotChanges;
-#[cfg(test)]
-pub(crate) use plates::samples;
 pub(crate) use loose::{Loose, Shape, invalid};
 #[cfg(test)]
 pub(crate) use plates::samples;

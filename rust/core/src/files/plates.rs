@@ -286,7 +286,8 @@ mod tests {
     #[test]
     fn a_plate_holds_the_layers_of_its_ink() {
         let drawing = patches(3, 300, 2, false);
-        let writer = Format::of_suffix("svg").unwrap().writer(export(&[("trap", "1px"), ("paper", "white")]).check().unwrap()).unwrap();
+        let writer =
+            Format::of_suffix("svg").unwrap().writer(export(&[("trap", "1px"), ("paper", "white")]).check().unwrap()).unwrap();
         let whole = String::from_utf8(writer.write(&drawing).unwrap()).unwrap();
         for plate in writer.plates(&drawing.palette).unwrap() {
             let text = String::from_utf8(plate.write(&drawing).unwrap()).unwrap();
