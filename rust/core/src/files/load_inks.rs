@@ -43,8 +43,10 @@ enum Outlined {
 /// The layers in which something stands, as bits: those that have it on their left, and those that have it on their right.
 type Standing = [u16; 2];
 
-/// Those of pieces, and those of dots by their circles.
-type Standings = (HashMap<PieceKey, Standing>, HashMap<[u64; 3], Standing>);
+type OfPieces = HashMap<PieceKey, Standing>;
+
+/// By their places and radii.
+type OfDots = HashMap<[u64; 3], Standing>;
 
 /// All outlines of a file.
 pub(super) struct Outlines {
@@ -136,8 +138,8 @@ impl Outlines {
     }
 
     /// In which layers every piece and every dot stands.
-    fn standings(&self, contents: &Contents) -> Result<Standings> {
-        let (mut pieces, mut dots) = Standings::default();
+    fn standings(&self, contents: &Contents) -> Result<(OfPieces, OfDots)> {
+        let (mut pieces, mut dots) = (OfPieces::new(), OfDots::new());
         let canvas = [contents.width as f64, contents.height as f64];
         for (number, outline) in self.all.iter().enumerate() {
             let own = 1u16 << outline.layer.number;
