@@ -183,7 +183,7 @@ fn help_of(declaration: &Declaration, with_all: bool) -> String {
         Rule::Whole(least, most) if most >= 1 << 30 => format!("at least {least}"),
         Rule::Whole(least, most) => format!("{least} to {most}"),
         Rule::WordsOrWithin(words, least, most) => format!("{}, {least} to {most}", words.join(", ")),
-        Rule::Inks => "#rrggbb, #rgb, white or black, after name= if it has one".to_owned(),
+        Rule::Inks => "#rrggbb or name=#rrggbb".to_owned(),
         rule => rule.allowed().replace('"', ""),
     };
     let or_word =
@@ -390,7 +390,7 @@ fn of_print(with_all: bool) -> Vec<Arg> {
         .help(format!("Begin with the options of a preset: {}", names.join(", ")));
     let printed = [
         switch(LIST_PRESETS, "Print the presets and what they give"),
-        switch("stats", "Print counts and times as JSON (on standard error when the SVG goes to -o -)"),
+        switch("stats", "Print counts and times as JSON (to stderr with -o -)"),
         switch("quiet", "Show no progress bar"),
         switch(OPTIONS_SCHEMA, "Print the options of a drawing as a JSON schema, for user interfaces").hide(!with_all),
         Arg::new(COMPLETIONS)

@@ -110,7 +110,7 @@ pub const SETTINGS: &[Setting] = &[
         name: "only",
         value_name: "INK[,INK]",
         sentence: "Inks to write, by name; white or paper is what they leave",
-        default: "all but the paper, or as the preset suggests",
+        default: "all inks, or as the preset suggests",
         allowed: "names of inks of the drawing, with commas between them",
         is_size: false,
         audience: Audience::Everyday,
@@ -169,7 +169,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "one_bit",
         value_name: "",
-        sentence: "Black and white pixels alone, one bit each, instead of grey edges",
+        sentence: "Pixels of one bit, without grey edges",
         default: "grey edges",
         allowed: "True or False",
         is_size: false,

@@ -64,7 +64,7 @@ declare! {
         /// Emphasis of details as fine as the nodes.
         sharpen: f64 = 2.5, Within(0.0, 100.0), "", Shapes, Everyday, [Emphasis];
         /// Emphasis of details three times as coarse.
-        local_contrast: f64 = 1.5, Within(0.0, 100.0), "", Shapes, Everyday, [Emphasis];
+        local_contrast: f64 = 1.5, Within(0.0, 100.0), "", Shapes, Further, [Emphasis];
         /// How far the mean may be from the photo's. Beyond that the refinement moves all labels towards it.
         tone_tolerance: Option<f64> = Some(0.014), Within(0.0, 1.0), "", Shapes, Further, [Labels];
             absent "off", "the mean is left as it comes";
@@ -74,7 +74,7 @@ declare! {
         tolerance: f64 = 0.5, Within(0.0, 2.0), "pixels", Shapes, Everyday, [Outlines];
         /// How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
         wobble: f64 = 0.0, Within(0.0, 1.0), "", Shapes, Everyday, [Outlines];
-        /// What edges that wobble look like. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
+        /// How edges wobble. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
         edge: Edge = Edge::Smooth, Words(Edge::WORDS), "", Shapes, Everyday, [Outlines];
             when |options, _| options.wobble > 0.0;
         /// Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean.
@@ -85,11 +85,11 @@ declare! {
         /// Area of a stipple relative to its node's cell.
         stipple_scale: f64 = 1.0, UpTo(4.0), "", Stipples, Further, [Outlines];
         /// Least radius of a stipple where there is room for it. The room is the triangles around its node.
-        stipple_min: f64 = 0.0, Within(0.0, 1000.0), "pixels", Stipples, Everyday, [Outlines];
+        stipple_min: f64 = 0.0, Within(0.0, 1000.0), "pixels", Stipples, Further, [Outlines];
         /// Largest radius of a stipple. It may not be below stipple_min.
-        stipple_max: Option<f64> = None, UpTo(1000.0), "pixels", Stipples, Everyday, [Outlines];
+        stipple_max: Option<f64> = None, UpTo(1000.0), "pixels", Stipples, Further, [Outlines];
             absent "auto", "as its cell asks for";
-        /// How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions.
+        /// How far stipples are from round. They look made by hand; above 0 they are paths and count as regions.
         irregularity: f64 = 0.0, Within(0.0, 1.0), "", Stipples, Everyday, [Outlines];
         /// Which of the irregular shapes stipples and edges have.
         seed: u64 = 0, Whole(0, MAX_SEED), "", Stipples, Further, [Outlines];
@@ -112,23 +112,23 @@ declare! {
         /// nodes; fade has dots around the subject that grow smaller to nothing; paper is white, ink black.
         backdrop: Backdrop = Backdrop::Fade, Words(Backdrop::WORDS), "", Tones, Further, [Tone, Importance];
         /// What shows through transparent parts. Those of the photo, and of a map of one's own.
-        background: Color = Color::white(), Rule::Color, "", Tones, Everyday, [];
+        background: Color = Color::white(), Rule::Color, "", Tones, Further, [];
 
-        /// Inks of the drawing, up to 15, with commas between them. Each is a colour, with a name before it if it has one, as in
+        /// Inks, with commas between them. Up to 15, each a colour, with a name before it if it has one, as in
         /// "#1d1d1b,pink=#ff48b0".
         inks: Option<InkList> = None, Rule::Inks, "", Inks, Everyday, [Labels];
             absent "off", "black";
-        /// Greys evenly apart, with black and white. Another way to say inks.
+        /// Greys evenly apart. Black and white are among them. Another way to say inks.
         levels: Option<u32> = None, Whole(2, 16), "greys", Inks, Everyday, [Labels];
             absent "off", "see inks";
-        /// Takes so many inks from the photo. Another way to say inks.
+        /// Inks of the photo's own. So many are taken from its colours. Another way to say inks.
         extract_inks: Option<u32> = None, Whole(1, 15), "inks", Inks, Everyday, [Labels];
             absent "off", "see inks";
         /// Lays inks over each other, up to six. What the light of each is to that of the paper is multiplied; without it every place
         /// has one ink or none.
         overprint: bool = false, Switch, "", Inks, Everyday, [Labels];
             when |options, _| options.wants_colour();
-        /// Colour of the paper, of the whole page. Inks mix with it, and white marks that are paper have it too.
+        /// Colour of the page. Inks mix with it, and white marks that are paper have it too.
         paper: Option<Color> = None, Rule::Color, "", Inks, Everyday, [Labels];
             absent "none", "white";
             when |options, _| options.wants_colour();
