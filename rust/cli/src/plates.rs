@@ -19,7 +19,10 @@ const INK: &str = "{ink}";
 pub fn is_for_each_ink(path: &Path) -> Result<bool> {
     let folder = path.parent().unwrap_or(Path::new(""));
     if folder.to_string_lossy().contains(INK) {
-        return Err(Error::Usage(format!("{}: {INK} may stand in the name of the file, but not in that of a folder", path.display())));
+        return Err(Error::Usage(format!(
+            "{}: {INK} may stand in the name of the file, but not in that of a folder",
+            path.display()
+        )));
     }
     Ok(path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.contains(INK)))
 }
@@ -30,7 +33,10 @@ pub fn is_for_each_ink(path: &Path) -> Result<bool> {
 /// [`Error::Usage`] if there is a place for an ink in it.
 pub(crate) fn check_is_for_none(path: &Path, what: &str) -> Result<()> {
     if is_for_each_ink(path)? {
-        return Err(Error::Usage(format!("{}: {INK} is for the drawing's own file: there is one {what} for all inks", path.display())));
+        return Err(Error::Usage(format!(
+            "{}: {INK} is for the drawing's own file: there is one {what} for all inks",
+            path.display()
+        )));
     }
     Ok(())
 }

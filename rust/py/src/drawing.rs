@@ -233,9 +233,8 @@ impl Drawing {
         let writer = writer(format_of_path(&path).map_err(errors::from_files)?, settings)?;
         let drawing = Arc::clone(&self.drawing);
         if is_for_each_ink(&path).map_err(errors::from_files)? {
-            let (files, warning) = watch::run_core(py, None, move |_| {
-                Ok((plates::files(&path, &drawing, &writer)?, writer.warning(&drawing)))
-            })?;
+            let (files, warning) =
+                watch::run_core(py, None, move |_| Ok((plates::files(&path, &drawing, &writer)?, writer.warning(&drawing))))?;
             let found = files.into_iter().map(|(path, bytes)| Ok((Target::find(&path, force)?, bytes)));
             let files = found.collect::<graphstipple_cli::Result<_>>().map_err(errors::from_files)?;
             let mut failed = None;

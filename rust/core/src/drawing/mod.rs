@@ -15,8 +15,8 @@ pub use assembly::assemble;
 pub(crate) use data::VERSION;
 pub use data::{Drawing, Level, Mark, Provenance, Region, Ring, RingPart};
 pub use least_radius::DotChanges;
+pub(crate) use loose::{Loose, Shape, invalid};
 #[cfg(test)]
 pub(crate) use plates::samples;
-pub(crate) use loose::{Loose, Shape, invalid};
 pub(crate) use sides::put_together;
 pub use stats::{Stats, Within};

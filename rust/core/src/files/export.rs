@@ -329,7 +329,11 @@ impl Export {
         let drawn = self.only.of(palette)?;
         if let Some(trap) = self.trap {
             if palette.overprint() {
-                return Err(Error::option("trap", trap, "left out for inks over each other: what lies under them is printed anyway"));
+                return Err(Error::option(
+                    "trap",
+                    trap,
+                    "left out for inks over each other: what lies under them is printed anyway",
+                ));
             }
             if palette.inks().len() < 2 {
                 return Err(Error::option("trap", trap, "left out for a drawing of one ink: no two inks touch in it"));

@@ -35,8 +35,8 @@ use crate::drawing::{Drawing, Ring, RingPart};
 pub(crate) use export::length;
 pub use export::{Curves, Dots, Elements, Export, SETTINGS, Setting, named_length};
 pub use layers::{Area, Ground, Layer, Layers, Outline, Style};
-pub use plates::Plate;
 pub use layout::{Layout, Length, Page, PixelPlacement, Placement, Sheet, Unit};
+pub use plates::Plate;
 pub(crate) use svg::{INKSCAPE, NAMESPACE, escape, hexadecimal};
 
 /// A format that drawings are written in. [`Format::ALL`] is the table of them: the suffix says which one a file has, and help,

@@ -234,7 +234,7 @@ mod tests {
                 Outline::Circle { x, y, radius } => kurbo::Rect::new(x - radius, y - radius, x + radius, y + radius),
             };
             let around = kurbo::Rect::new(-9.0 * mm, -9.0 * mm, 60.0 + 9.0 * mm, 40.0 + 9.0 * mm);
-            assert!(around.inflate(1e-9, 1e-9).contains_rect(bounds), "{bounds:?}");
+            assert!(around.inflate(0.01, 0.01).contains_rect(bounds), "{bounds:?}");
             let drawn = kurbo::Rect::new(0.0, 0.0, 60.0, 40.0).inflate(0.9 * mm, 0.9 * mm);
             assert!(drawn.intersect(bounds).area() <= 0.0, "{bounds:?}");
             let line = area.area() / (mm * mm);
@@ -286,7 +286,8 @@ mod tests {
     #[test]
     fn a_plate_holds_the_layers_of_its_ink() {
         let drawing = patches(3, 300, 2, false);
-        let writer = Format::of_suffix("svg").unwrap().writer(export(&[("trap", "1px"), ("paper", "white")]).check().unwrap()).unwrap();
+        let writer =
+            Format::of_suffix("svg").unwrap().writer(export(&[("trap", "1px"), ("paper", "white")]).check().unwrap()).unwrap();
         let whole = String::from_utf8(writer.write(&drawing).unwrap()).unwrap();
         for plate in writer.plates(&drawing.palette).unwrap() {
             let text = String::from_utf8(plate.write(&drawing).unwrap()).unwrap();
