@@ -93,7 +93,7 @@ impl Export {
             layers.layers = others;
             let of_ink: Vec<Layer> = of_ink;
             if let Some(first) = of_ink.first() {
-                let areas = drawing.trap(*ink, &order[place + 1..], distance, true)?;
+                let areas = drawing.trap(*ink, &order[place + 1..], distance)?;
                 if !areas.is_empty() {
                     let name = first.ink_name();
                     let (id, label) = (format!("{name}-trap"), format!("{} trap", capitalized(name)));
