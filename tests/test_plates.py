@@ -329,7 +329,8 @@ def test_a_trapped_picture_is_the_same_picture(solid, tmp_path):
 
 def marks_of(grey: NDArray[np.uint8], width: int) -> NDArray[np.bool_]:
     """What is dark in the margins of a picture whose drawing is so wide."""
-    across = (grey.shape[1] - width) // 2
+    # Edges of the drawing may shine into the next pixels.
+    across = (grey.shape[1] - width) // 2 - 2
     dark = grey < 200
     dark[across:-across, across:-across] = False
     return dark
@@ -359,7 +360,10 @@ def test_all_formats_have_the_same_marks(solid, tmp_path, margin):
     shown = [readers.svg((tmp_path / "a.svg").read_text(), pixels), readers.pdf(tmp_path / "a.pdf", pixels)]
     found = [marks_of(grey, 10 * WIDTH) for grey in shown]
     assert readers.pdf_size(tmp_path / "a.pdf")[0] == pytest.approx(page / 25.4 * 72, abs=1e-3)
-    assert np.mean(found[0] != found[1]) < 2e-3
+    # Lines of 2 pixels may be one more in another program.
+    assert np.mean(found[0] != found[1]) < 5e-3
+    both = found[0] & found[1]
+    assert both.sum() > 0.8 * found[0].sum()
     assert found[0].mean() > 1e-3
     middle = pixels // 2
     # The mark of the left side is 5 mm from the drawing.
