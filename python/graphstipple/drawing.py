@@ -207,8 +207,8 @@ class Drawing:
     ) -> None:
         """Write the drawing to a file, whole or not at all, in the format that its suffix stands for (docs/options.md lists them).
 
-        With "{ink}" in its name there is a file for each ink that is drawn, with that ink alone and no paper: "plates/{ink}.pdf" are
-        plates/black.pdf, plates/pink.pdf and so on, all of one size, so that they register. Either all of them are written or none.
+        With "{ink}" in its name there is a file for each ink that is drawn, with that ink alone and no paper: "plates/{ink}.pdf"
+        are plates/black.pdf, plates/pink.pdf and so on, all of one size, so that they register. All of them are written or none.
 
         A new file takes the place of one that is there, with its permissions, and its owner where the system allows; other hard
         links go on to show the old one. A symbolic link stays one; what it leads to is replaced. Devices and pipes are written to.
@@ -254,10 +254,12 @@ class Drawing:
             Whether a PNG holds black and white alone, one bit a pixel; of several inks, a file for each or with one alone, whose
             film it is.
         trap : float or str, optional
-            How far the lighter of two inks spreads under the darker one beside it, above 0 and at most "5mm", so that no paper shows
-            between them where plates are printed a little apart. By default not at all. It is for solid drawings of several inks.
+            How far the lighter of two inks spreads under the darker one beside it, above 0 and at most "5mm", so that no paper
+            shows between them where plates are printed a little apart. By default not at all. It is for solid drawings of
+            several inks.
         registration_marks : bool
-            Whether there are registration marks around the drawing, at the same place on all plates; margins are 10 mm at least then.
+            Whether there are registration marks around the drawing, at the same place on all plates; margins are then 10 mm or
+            more.
         force : bool
             Whether a file that is read-only is replaced, too.
 

@@ -122,7 +122,9 @@ class Run:
         importance, self.warning = _map(asked.flags, made)
         self._recipe = Recipe(tuple(words), tuple(asked.suffixes), importance)
         if "{ink}" in asked.output:
-            raise InvalidInputError("the output of a batch is a folder, with a file for each photo and format: {ink} has no place in it")
+            raise InvalidInputError(
+                "the output of a batch is a folder, with a file for each photo and format: {ink} has no place in it"
+            )
         self._store = Store(asked.output, made.force)
         folder = self._store.folder
         self.manifest = Path(asked.manifest) if asked.manifest is not None else Path(folder or ".", MANIFEST)

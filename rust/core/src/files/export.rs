@@ -382,6 +382,8 @@ mod tests {
             ("dots", word("strokes")),
             ("curves", word("splines")),
             ("one_bit", Value::Switch(true)),
+            ("trap", word("0.2mm")),
+            ("registration_marks", Value::Switch(true)),
             ("width", word("20cm")),
             ("margin", Value::Whole(5)),
             ("page", word("letter")),
@@ -407,14 +409,14 @@ mod tests {
                 curves,
                 layout,
                 one_bit: true,
-                no_paper: false,
-                registration_marks: false,
-                trap: None,
+                trap: Some(length("0.2mm")),
+                registration_marks: true,
+                no_paper: false
             }
         );
         export.set("paper", &word("none")).unwrap();
         assert_eq!((&export.paper, export.no_paper), (&None, true));
-        Export { elements: Elements::Layers, only: Only::default(), ..export }.check().unwrap();
+        Export { elements: Elements::Layers, only: Only::default(), trap: None, ..export }.check().unwrap();
     }
 
     #[test]

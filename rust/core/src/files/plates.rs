@@ -93,7 +93,7 @@ impl Export {
             layers.layers = others;
             let of_ink: Vec<Layer> = of_ink;
             if let Some(first) = of_ink.first() {
-                let areas = drawing.trap(*ink, &order[place + 1..], distance, true)?;
+                let areas = drawing.trap(*ink, &order[place + 1..], distance)?;
                 if !areas.is_empty() {
                     let name = first.ink_name();
                     let (id, label) = (format!("{name}-trap"), format!("{} trap", capitalized(name)));
@@ -234,7 +234,7 @@ mod tests {
                 Outline::Circle { x, y, radius } => kurbo::Rect::new(x - radius, y - radius, x + radius, y + radius),
             };
             let around = kurbo::Rect::new(-9.0 * mm, -9.0 * mm, 60.0 + 9.0 * mm, 40.0 + 9.0 * mm);
-            assert!(around.inflate(1e-9, 1e-9).contains_rect(bounds), "{bounds:?}");
+            assert!(around.inflate(0.01, 0.01).contains_rect(bounds), "{bounds:?}");
             let drawn = kurbo::Rect::new(0.0, 0.0, 60.0, 40.0).inflate(0.9 * mm, 0.9 * mm);
             assert!(drawn.intersect(bounds).area() <= 0.0, "{bounds:?}");
             let line = area.area() / (mm * mm);

@@ -128,8 +128,12 @@ fn painted(drawing: &Drawing, [width, height]: [usize; 2], scale: [f64; 2], wind
     painted_in(drawing, &colours, &[], [width, height], scale, window, rows)
 }
 
-/// What is laid over a drawing, and the change of colour where it is.
-type Laid = (Flattened, [i32; 3]);
+/// What is laid beside the marks of a label, lapping over them or not, and the change of colour where it is.
+struct Laid {
+    label: Ink,
+    areas: Vec<Area>,
+    change: [i32; 3],
+}
 
 /// The same in colours, one for every label: what every label covers of a pixel is summed up, so that where two meet no third shows.
 fn painted_in(
@@ -149,12 +153,20 @@ fn painted_in(
         };
         of_labels[ink.index()].push(mark);
     }
-    let flattened: Vec<([u8; 3], Flattened)> = (of_labels.into_iter().zip(colours))
+    let flat = |marks: &[Mark]| {
+        let batches = marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window, true)).collect();
+        Flattened { ink: Ink::WHITE, batches }
+    };
+    // What is laid beside a label is painted with it, as one: no seam shows, and what that adds to the label is what it covers.
+    let with_label = |laid: &Laid| {
+        let mut both = flat(&of_labels[laid.label.index()]);
+        both.batches.append(&mut flattened_areas(&laid.areas, scale).batches);
+        (flat(&of_labels[laid.label.index()]), both, laid.change)
+    };
+    let laid: Vec<(Flattened, Flattened, [i32; 3])> = laid.iter().map(with_label).collect();
+    let flattened: Vec<([u8; 3], Flattened)> = (of_labels.iter().zip(colours))
         .filter(|(marks, _)| !marks.is_empty())
-        .map(|(marks, colour)| {
-            let batches = marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window, true)).collect();
-            (*colour, Flattened { ink: Ink::WHITE, batches })
-        })
+        .map(|(marks, colour)| (*colour, flat(marks)))
         .collect();
     let mut values = vec![0u8; 3 * width * height];
     values.par_chunks_mut(3 * width * rows).enumerate().for_each(|(band, values)| {
@@ -170,11 +182,14 @@ fn painted_in(
                 sum[3] += covered;
             }
         }
-        for (flattened, change) in laid {
-            paint_band(std::slice::from_ref(flattened), Color::BLACK, width, band * rows, &mut covered);
-            for (sum, covered) in sums.iter_mut().zip(&covered).filter(|(_, covered)| **covered > 0) {
+        for (label, both, change) in &laid {
+            let mut before = vec![0u8; covered.len()];
+            paint_band(std::slice::from_ref(label), Color::BLACK, width, band * rows, &mut before);
+            paint_band(std::slice::from_ref(both), Color::BLACK, width, band * rows, &mut covered);
+            for (sum, (covered, before)) in sums.iter_mut().zip(covered.iter().zip(before)) {
+                let more = i32::from(covered.saturating_sub(before));
                 for channel in 0..3 {
-                    sum[channel] += i32::from(*covered) * change[channel];
+                    sum[channel] += more * change[channel];
                 }
             }
         }
@@ -272,8 +287,9 @@ fn to_png_of_inks(drawing: &Drawing, export: &Export, placement: &PixelPlacement
         for (place, ink) in order.iter().enumerate().filter(|(_, ink)| drawn.contains(ink)) {
             // Under darker inks that are drawn too, nothing is seen of it.
             let bare: Vec<usize> = order[place + 1..].iter().copied().filter(|other| !drawn.contains(other)).collect();
-            let change = [0, 1, 2].map(|i| i32::from(of_ink(Ink::of_label(*ink as u8))[i]) - i32::from(paper[i]));
-            laid.push((flattened(&drawing.trap(*ink, &bare, distance, false)?, scale), change));
+            let label = Ink::of_label(*ink as u8);
+            let change = [0, 1, 2].map(|i| i32::from(of_ink(label)[i]) - i32::from(paper[i]));
+            laid.push(Laid { label, areas: drawing.trap(*ink, &bare, distance)?, change });
         }
     }
     let rows = rows_of_a_band(across);
@@ -304,7 +320,7 @@ fn marks(export: &Export, placement: &PixelPlacement) -> Option<Flattened> {
     let ([across, down], [left, top]) = (placement.drawing, placement.origin);
     let per_inch = placement.dpi.unwrap_or(PX_PER_INCH);
     let areas = registration::marks([across as f64, down as f64], per_inch / 25.4);
-    let mut flat = flattened(&areas, [1.0; 2]);
+    let mut flat = flattened_areas(&areas, [1.0; 2]);
     for polygons in &mut flat.batches {
         polygons.points.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + left as f32, *y + top as f32));
         polygons.outlines.iter_mut().for_each(|outline| {
@@ -316,7 +332,7 @@ fn marks(export: &Export, placement: &PixelPlacement) -> Option<Flattened> {
 }
 
 /// Areas as what is painted, of so many pixels to one of the canvas.
-fn flattened(areas: &[Area], scale: [f64; 2]) -> Flattened {
+fn flattened_areas(areas: &[Area], scale: [f64; 2]) -> Flattened {
     let mut polygons = Polygons { points: Vec::new(), outlines: Vec::new() };
     let tolerance = CURVE_TOLERANCE / scale[0].max(scale[1]);
     for area in areas {

@@ -20,6 +20,13 @@ const REACH: f64 = 4.0;
 /// Half the width of all lines: a line that screens hold.
 const HALF_LINE: f64 = 0.1;
 
+/// Steps to a unit that numbers of marks are rounded to, for short files.
+const STEPS: f64 = 256.0;
+
+fn rounded(value: f64) -> f64 {
+    (value * STEPS).round() / STEPS
+}
+
 /// The marks around a drawing of this size, given in the same units as the drawing, of which `mm` make a millimetre. Circle and cross
 /// lie over each other.
 pub(super) fn marks(size: [f64; 2], mm: f64) -> Vec<Area> {
@@ -30,27 +37,27 @@ pub(super) fn marks(size: [f64; 2], mm: f64) -> Vec<Area> {
 }
 
 fn circle([x, y]: [f64; 2], mm: f64) -> Area {
-    let of = |radius: f64| Outline::Circle { x, y, radius: radius * mm };
+    let of = |radius: f64| Outline::Circle { x: rounded(x), y: rounded(y), radius: rounded(radius * mm) };
     Area { mark: None, exterior: of(RADIUS + HALF_LINE), holes: vec![of(RADIUS - HALF_LINE)] }
 }
 
 fn cross([x, y]: [f64; 2], mm: f64) -> Area {
     let (far, near) = (REACH * mm, HALF_LINE * mm);
-    let corner = |along: f64, across: f64| [(along, -across), (along, across)];
     // An arm to the right, and the same turned by a quarter three times.
     let mut path = BezPath::new();
     for turn in 0..4 {
-        for (u, v) in corner(far, near) {
+        for (u, v) in [(far, -near), (far, near)] {
             let (u, v) = match turn {
                 0 => (u, v),
                 1 => (-v, u),
                 2 => (-u, -v),
                 _ => (v, -u),
             };
-            if path.is_empty() { path.move_to((x + u, y + v)) } else { path.line_to((x + u, y + v)) }
+            let corner = (rounded(x + u), rounded(y + v));
+            if path.is_empty() { path.move_to(corner) } else { path.line_to(corner) }
         }
         let (u, v) = [(near, near), (-near, near), (-near, -near), (near, -near)][turn];
-        path.line_to((x + u, y + v));
+        path.line_to((rounded(x + u), rounded(y + v)));
     }
     path.close_path();
     Area { mark: None, exterior: Outline::Path(path), holes: Vec::new() }

@@ -20,17 +20,15 @@ const LAP: f64 = 0.25;
 const STEPS: f64 = 64.0;
 
 impl Drawing {
-    /// What an ink, by its number, covers of darker ones when it spreads by `distance` px, with or without a lap over its own edge.
-    pub(super) fn trap(&self, ink: usize, darker: &[usize], distance: f64, has_lap: bool) -> Result<Vec<Area>> {
+    /// What an ink, by its number, covers of darker ones when it spreads by `distance` px, with a lap over its own edge.
+    pub(super) fn trap(&self, ink: usize, darker: &[usize], distance: f64) -> Result<Vec<Area>> {
         let tolerance = self.flattening_tolerance();
         let others = self.polygons_of(darker);
         // From the edges that they share: what lies on the other side of paper is not reached.
         let rim = intersection(&self.polygons_of(&[ink]), &offset(&others, LAP, tolerance)?)?;
-        let mut spread = intersection(&offset(&rim, distance, tolerance)?, &others)?;
-        if has_lap {
-            spread = united(&spread.into_iter().chain(rim).collect::<Vec<_>>())?;
-        }
-        Ok(spread.into_iter().filter_map(area).collect())
+        let spread = intersection(&offset(&rim, distance, tolerance)?, &others)?;
+        let both: Vec<Polygon> = spread.into_iter().chain(rim).collect();
+        Ok(united(&both)?.into_iter().filter_map(area).collect())
     }
 
     /// Regions and dots of inks of a solid drawing as polygons in pixels.
