@@ -111,6 +111,11 @@ impl Mixing {
         self.places.len()
     }
 
+    /// The colours of the labels, so weighed that lengths are differences as they are seen.
+    pub(crate) fn places(&self) -> &[[f64; 3]] {
+        &self.places
+    }
+
     /// The luma of a mixture, in [0, 1].
     pub fn luma(&self, mixture: &Mixture) -> f64 {
         mixture.shares().map(|(label, part)| f64::from(part) * self.lumas[usize::from(label)]).sum()

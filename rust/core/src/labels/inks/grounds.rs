@@ -8,8 +8,13 @@ use crate::labels::smooth::{COHESION, COHESION_SWEEPS, ROUGHNESS, STEP, for_node
 /// The ground of a node in a part with structure: none.
 pub const NO_GROUND: u8 = u8::MAX;
 
-/// The part that a ground has at least: dots cover about half, and where they miss a little more, they are still better than a labyrinth.
+/// The part that a ground has at least where dots of one other label lie on it, about half being what they cover, and where dots of more
+/// do. With less than that, grounds take the place of each other in slow changes of colour, and their borders are seen.
 const LEAST_GROUND: f32 = 0.34;
+const LEAST_OF_MORE: f32 = 0.6;
+
+/// How fast it grows with the parts of those.
+const GROWTH: f32 = 3.0;
 
 /// Labels that are remembered of the mean mixture around a node.
 const REMEMBERED: usize = 8;
@@ -78,7 +83,7 @@ impl Around {
 /// The ground of every node: a label in smooth parts, [`NO_GROUND`] elsewhere.
 ///
 /// `mixtures` and `colours`, sRGB-encoded, are those of the photo, without emphasis; `stippling` says how much is smooth: 0 nothing, 1
-/// everything that a ground with dots can show. The ground is the label of the largest part around, of at least a third. How smooth a
+/// everything that a ground with dots can show. The ground is the label of the largest part around, of more than half where more than two mix. How smooth a
 /// part must be is as for black and white, by its luma and, counting less, its chroma; what the ground lacks is the mean,
 /// by root of the product, of the other labels' parts and of how different they look.
 ///
@@ -102,7 +107,12 @@ pub fn grounds_inks(graph: &Graph, mixtures: &[Mixture], colours: &[[f32; 3]], m
         around = for_nodes(count, |node| Around::mean(graph, &around, node));
     }
     let ground = grounds_of(graph, &around);
-    let can_carry = |node: usize| around[node].part(ground[node]) >= LEAST_GROUND;
+    let can_carry = |node: usize| {
+        let (own, own_part) = (ground[node], around[node].part(ground[node]));
+        let second = around[node].shares().filter(|(label, _)| *label != own).map(|(_, part)| part).fold(0.0, f32::max);
+        let more = (1.0 - own_part - second).max(0.0);
+        own_part >= (LEAST_GROUND + GROWTH * more).min(LEAST_OF_MORE)
+    };
     let smooth = if stippling == 1.0 {
         for_nodes(count, can_carry)
     } else {

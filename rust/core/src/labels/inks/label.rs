@@ -43,8 +43,7 @@ pub fn label_inks(
     let mixtures: Vec<Mixture> = grounds.par_iter().zip(emphasized).map(drawn).collect();
     let mut labels = diffuse_inks(graph, &mixtures, mixing, weighting, &Diffusion::of_tone(options), control)?;
     labels.iter_mut().zip(&grounds).filter(|(_, ground)| **ground != NO_GROUND).for_each(|(label, ground)| *label = *ground);
-    // The mean is that of the mixtures: what counts is the tolerance alone.
-    refine_inks(graph, [&mixtures, plain], areas, &grounds, &mut labels, &Refinement::of(options, Some(0.5)), control)?;
+    refine_inks(graph, (&mixtures, mixing), areas, &grounds, &mut labels, &Refinement::of(options, None), control)?;
     split_inks(graph, &mixtures, &mut labels, options.split)?;
     if options.stippling == 0.0 {
         return Ok(Labels { labels, shift: 0.0, marks: None, inks: None });
@@ -164,8 +163,7 @@ mod tests {
             lap("grounds");
             let mut labels = diffuse_inks(graph, &plain, &mixing, None, &Diffusion::of_tone(&options), &control).unwrap();
             lap("diffusion");
-            refine_inks(graph, [&plain, &plain], &areas, &found, &mut labels, &Refinement::of(&options, Some(0.5)), &control)
-                .unwrap();
+            refine_inks(graph, (&plain, &mixing), &areas, &found, &mut labels, &Refinement::of(&options, None), &control).unwrap();
             lap("refine");
             stipple_inks(&triangulation, &found, &plain, &areas, &labels, (1000, 1000), &control).unwrap();
             lap("stipple");
