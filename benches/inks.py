@@ -5,8 +5,8 @@ whichever serves the posterized photo better), and compared with the photos:
 
 - colour: the mean of CIEDE2000 after a Gaussian blur of 3 px of both, as the default draws and of the posterized photo, and their
   ratio, which is to be at most .6;
-- plain: the same of a drawing without emphasis (`sharpen=0, local_contrast=0`), where inks and paper can mix the blurred photo's colour,
-  in all nine-pixel steps; to be at most 3;
+- plain: the same of a drawing without emphasis (`sharpen=0, local_contrast=0`), where inks and paper can mix the blurred photo's
+  colour, in all nine-pixel steps; to be at most 3;
 - FLIP in colour at 67 pixels a degree, FLIP's own default, of the drawing and of vtracer's tracing of the posterized photo with all
   its specks, at equal coordinates: ours has as many nodes as that takes. The ratio is to be below 1.
 
@@ -94,7 +94,10 @@ def raster(drawing: gs.Drawing) -> Picture:
 
 def colours(drawing: gs.Drawing, paper: str, overprint: bool) -> Picture:
     """Return the colours of the labels: the inks, or all sets of them over each other, and the paper."""
-    of = lambda text: np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+
+    def of(text: str) -> Picture:
+        return np.frombuffer(bytes.fromhex(text.removeprefix("#")), np.uint8) / 255.0
+
     inks, bare = [of(ink) for ink in drawing.inks.values()], of(paper)
     if not overprint:
         return np.array([*inks, bare])
@@ -118,7 +121,9 @@ def traced(picture: Picture) -> tuple[Picture, int]:
     height, width, _ = picture.shape
     file = io.BytesIO()
     Image.fromarray(np.rint(255 * picture).astype(np.uint8)).save(file, "PNG")
-    svg = vtracer.convert_raw_image_to_svg(file.getvalue(), img_format="png", filter_speckle=0, color_precision=8, layer_difference=0)
+    svg = vtracer.convert_raw_image_to_svg(
+        file.getvalue(), img_format="png", filter_speckle=0, color_precision=8, layer_difference=0
+    )
     size = {"width": width * MAGNIFICATION, "height": height * MAGNIFICATION}
     painted = Image.open(io.BytesIO(bytes(resvg_py.svg_to_bytes(svg_string=svg, **size, background="#ffffff")))).convert("RGB")
     samples = np.asarray(painted).reshape(height, MAGNIFICATION, width, MAGNIFICATION, 3)
@@ -158,9 +163,15 @@ def measured(work: tuple[str, npt.NDArray[np.uint8]], name: str, linear: bool) -
         pixels = np.repeat(np.asarray(Image.fromarray(pixels).convert("L"))[:, :, np.newaxis], 3, 2)
     photo = pixels / 255.0
     of_light, to_light = (encoded, light) if linear else (np.asarray, np.asarray)
-    blurred = lambda picture: of_light(gaussian_filter(to_light(picture), (3, 3, 0)))
+
+    def blurred(picture: Picture) -> Picture:
+        return of_light(gaussian_filter(to_light(picture), (3, 3, 0)))
+
     target = rgb2lab(blurred(photo))
-    error = lambda picture: deltaE_ciede2000(target, rgb2lab(blurred(picture)))
+
+    def error(picture: Picture) -> Picture:
+        return deltaE_ciede2000(target, rgb2lab(blurred(picture)))
+
     drawing = gs.draw(pixels, options=options)
     labels = colours(drawing, str(given.get("paper", "#ffffff")), bool(given.get("overprint", False)))
     flat = posterized(photo, labels)

@@ -49,7 +49,11 @@ def test_paper_is_rusts_and_changes_apply() -> None:
     method |= {"importance_order": "global", "order": "global"}
     published = gs.Options().published.replace(density=0.5, **method)
     expected = gs.Options(relax=2, tolerance=0, published=published, **ours)  # type: ignore[arg-type]
-    assert gs.Options.preset("paper", relax=2, published=gs.Published(density=0.5)) == expected == options_with("paper", relax=2, density=0.5)
+    assert (
+        gs.Options.preset("paper", relax=2, published=gs.Published(density=0.5))
+        == expected
+        == options_with("paper", relax=2, density=0.5)
+    )
 
 
 def test_presets_are_options_by_name() -> None:

@@ -170,7 +170,13 @@ def test_a_pickled_drawing_says_why_it_has_no_graph(drawing: gs.Drawing) -> None
 def test_a_session_comes_through(importance: Any, picture: NDArray[np.uint8]) -> None:
     session = gs.Session(picture, importance)
     session.draw()
-    changes = [gs.Options(), gs.Options(gamma=1.4, nodes=900), gs.Options.preset("paper"), gs.Options(extract_inks=3), gs.Options(background="black")]
+    changes = [
+        gs.Options(),
+        gs.Options(gamma=1.4, nodes=900),
+        gs.Options.preset("paper"),
+        gs.Options(extract_inks=3),
+        gs.Options(background="black"),
+    ]
     expected = [session.draw(options).svg() for options in changes]
     for made in copies(session):
         assert repr(made) == repr(session)

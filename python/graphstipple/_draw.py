@@ -294,7 +294,7 @@ class Session:
                 subject = _no_subject_packed if callable(self._subject) else self._subject
                 given = (self._image, _not_packed if is_called else self._importance, subject)
         # What has no colour but its luma is not looked at for it.
-        image = None if given is not None or getattr(self._image, "ndim", 3) == 2 else self._image  # noqa: PLR2004
+        image = None if given is not None or getattr(self._image, "ndim", 3) == 2 else self._image
         return _unpacked, (packed, heard, given, self._limits, image)
 
     @classmethod
@@ -305,8 +305,10 @@ class Session:
         limits: tuple[int, bool],
         image: ImageLike | None,
     ) -> Session:
-        """Return a session with what it has read; `given` is what can be read again, if it may have to be, else `image` for its
-        colour alone."""
+        """Return a session with what it has read.
+
+        `given` is what can be read again, if it may have to be, else `image` for its colour alone.
+        """
         session = object.__new__(cls)
         session._state, session._limits, session._may_change = state, limits, given is not None
         session._seconds, session._image = {}, image
@@ -364,10 +366,8 @@ class Session:
         image = self._image
         if image is None or (fits and state.session.has_colour_for(options)):
             return state
-        if fits:
-            state = self._with_colour(image, options, seconds, report)
-        else:
-            state = self._begin(image, options, seconds, report)
+        read = self._with_colour if fits else self._begin
+        state = read(image, options, seconds, report)
         # In one step: threads with different backgrounds each have their own, and the last one's stays.
         self._state = state
         return state

@@ -1,6 +1,6 @@
 """graphstipple's own methods: its defaults without single ideas, the paper's settings and their ablations, sweeps over one option.
 
-`graphstipple` is what `graphstipple.draw` makes by default. `paper` has the settings of `Options.preset("paper")` (a lattice of one node a
+`graphstipple` is what `graphstipple.draw` makes by default. `paper` has the settings of the preset `paper` (a lattice of one node a
 pixel, every midpoint kept) with the node budget of the default drawing, 0.3 a pixel and at most 300,000, so that both draw with the
 same number of nodes. The ablations change one thing in `paper` and keep its node budget:
 
@@ -8,7 +8,7 @@ same number of nodes. The ablations change one thing in `paper` and keep its nod
 - no relaxation: `relax=0`;
 - alpha = 1: `published.alpha=1` where the tone is diffused; the importance is diffused as before, so the nodes are the same.
 
-The other way round, the defaults without one of their ideas have the options of that idea as in `Options.preset("paper")`, and all others,
+The other way round, the defaults without one of their ideas have the options of that idea as in the preset `paper`, and all others,
 the node budget among them, as in the defaults:
 
 - detail in the importance: `detail`, `floor`, `midtones`;

@@ -170,6 +170,14 @@ impl Palette {
         if self.overprint { label.index() >> ink & 1 == 0 } else { label.index() == ink }
     }
 
+    /// What colour an ink of this colour has to be where it is multiplied with the paper's, to be as it is on the paper; sRGB in 8 bits.
+    pub(crate) fn multiplied(&self, rgb: [u8; 3]) -> [u8; 3] {
+        std::array::from_fn(|channel| {
+            let [ink, paper] = [rgb, self.paper].map(|rgb| u32::from(rgb[channel]));
+            (255 * ink).checked_div(paper).unwrap_or(255).min(255) as u8
+        })
+    }
+
     /// The label of a place when only these inks are laid, by their numbers; one behind the last stands for the paper, and changes
     /// nothing.
     pub(crate) fn with_only(&self, label: Ink, drawn: &[usize]) -> Ink {
@@ -313,6 +321,10 @@ mod tests {
         assert_eq!(of(1), ("c".to_owned(), [0, 255, 255]));
         assert_eq!(of(2), ("y".to_owned(), [255, 255, 0]));
         assert_eq!(of(3), ("paper".to_owned(), [255; 3]));
+        assert_eq!(palette.multiplied([255, 128, 0]), [255, 128, 0]);
+        let inks = palette.inks().to_vec();
+        let palette = Palette::new(inks, [255, 128, 0], true).unwrap();
+        assert_eq!(palette.multiplied([255, 64, 9]), [255, 127, 255]);
     }
 
     #[test]

@@ -149,6 +149,13 @@ pub struct Layers {
     pub overprint: bool,
 }
 
+impl Layers {
+    /// Whether the page has a colour.
+    pub(super) fn has_paper(&self) -> bool {
+        self.grounds.iter().any(|ground| ground.covers_page)
+    }
+}
+
 const BLACK: [u8; 3] = [0; 3];
 const WHITE: [u8; 3] = [255; 3];
 

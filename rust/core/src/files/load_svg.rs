@@ -342,7 +342,10 @@ impl Reader {
             return Err(other_value(group, "transform"));
         }
         let expected = match (kind.ink, kind.level) {
-            _ if !is_plain => palette.of_plate(kind.ink.index()).inks()[0].rgb,
+            _ if !is_plain => {
+                let rgb = palette.of_plate(kind.ink.index()).inks()[0].rgb;
+                if palette.overprint() && self.paper.is_some() { palette.multiplied(rgb) } else { rgb }
+            }
             (Ink::BLACK, _) => BLACK,
             (_, 0) => WHITE,
             (_, _) => self.paper.unwrap_or(WHITE),

@@ -108,14 +108,9 @@ struct Inking<'a> {
 
 fn inking<'a>(layers: &'a Layers, drawing: &Drawing) -> Inking<'a> {
     let mut separations = layers.separations(&drawing.palette);
-    if layers.multiply && layers.grounds.iter().any(|ground| ground.covers_page) {
-        // Multiplied with the paper they are what they are on it.
-        let paper = drawing.palette.paper();
+    if layers.multiply && layers.has_paper() {
         for (_, rgb) in separations.iter_mut().filter(|(name, _)| *name != ALL) {
-            *rgb = [0, 1, 2].map(|channel| {
-                let [ink, paper] = [rgb[channel], paper[channel]].map(u32::from);
-                (255 * ink).checked_div(paper).unwrap_or(255).min(255) as u8
-            });
+            *rgb = drawing.palette.multiplied(*rgb);
         }
     }
     let blending = if layers.multiply { BlendMode::Multiply } else { BlendMode::Normal };

@@ -52,7 +52,7 @@ fn write(drawing: &Drawing, export: &Export) -> Result<String> {
     let elements: usize = drawing.curves.iter().map(|curve| curve.elements().len()).sum();
     let mut path = PathWriter::new(drawing.units);
     path.bytes.reserve(2048 + 16 * elements + 56 * drawing.stipples.len());
-    let mut writer = Writer { path, export, layers: &layers, canvas: [width, height] };
+    let mut writer = Writer { path, export, layers: &layers, palette: &drawing.palette, canvas: [width, height] };
     // In pixels of the canvas.
     let [left, top] = placement.origin.map(|v| decimal(-v / placement.scale));
     let [page_width, page_height] = placement.page.map(|v| decimal(v / placement.scale));
@@ -120,6 +120,7 @@ struct Writer<'a> {
     path: PathWriter,
     export: &'a Export,
     layers: &'a Layers,
+    palette: &'a Palette,
     canvas: [usize; 2],
 }
 
@@ -137,7 +138,9 @@ impl Writer<'_> {
     }
 
     fn layer(&mut self, layer: &Layer) {
-        let rgb = layer.rgb;
+        // Marks for whoever prints are of no ink's colour.
+        let multiplies = self.layers.multiply && !layer.is_registration();
+        let rgb = if multiplies && self.layers.has_paper() { self.palette.multiplied(layer.rgb) } else { layer.rgb };
         // A layer has marks of one kind.
         let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Some(Mark::Stipple(_))));
         let has_strokes = has_dots && self.export.dots == Dots::Strokes;
@@ -148,8 +151,6 @@ impl Writer<'_> {
         } else {
             fill(rgb)
         };
-        // Marks for whoever prints are of no ink's colour.
-        let multiplies = self.layers.multiply && !layer.is_registration();
         let blend = if multiplies { format!(" style=\"{MULTIPLY}\"") } else { String::new() };
         self.group(&layer.id, &layer.label, &(paint + &transform + &blend));
         match self.export.elements {
