@@ -135,8 +135,8 @@ class OptionFields:
         How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
         0 to 1.
     edge : {"smooth", "inked", "torn"}
-        What edges that wobble look like. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are
-        rough and have corners. Smooth, inked, torn.
+        How edges wobble. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have
+        corners. Smooth, inked, torn.
     refine : int
         Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean. 0 to 100
         sweeps.
@@ -149,7 +149,7 @@ class OptionFields:
     stipple_max : float, optional
         Largest radius of a stipple. It may not be below stipple_min. Above 0 to 1,000 pixels. None: as its cell asks for.
     irregularity : float
-        How far stipples are from round, as if made by hand. Above 0 they are paths and count as regions. 0 to 1.
+        How far stipples are from round. They look made by hand; above 0 they are paths and count as regions. 0 to 1.
     seed : int
         Which of the irregular shapes stipples and edges have. 0 to 2^53.
     white_point : {"auto"} or float, optional
@@ -172,18 +172,18 @@ class OptionFields:
     background : str
         What shows through transparent parts. Those of the photo, and of a map of one's own. White, black, #rrggbb, #rgb.
     inks : str, optional
-        Inks of the drawing, up to 15, with commas between them. Each is a colour, with a name before it if it has one, as
-        in "#1d1d1b,pink=#ff48b0". White, black, #rrggbb, #rgb. None: black.
+        Inks, with commas between them. Up to 15, each a colour, with a name before it if it has one, as in
+        "#1d1d1b,pink=#ff48b0". White, black, #rrggbb, #rgb. None: black.
     levels : int, optional
-        Greys evenly apart, with black and white. Another way to say inks. 2 to 16 greys. None: see inks.
+        Greys evenly apart. Black and white are among them. Another way to say inks. 2 to 16 greys. None: see inks.
     extract_inks : int, optional
-        Takes so many inks from the photo. Another way to say inks. 1 to 15 inks. None: see inks.
+        Inks of the photo's own. So many are taken from its colours. Another way to say inks. 1 to 15 inks. None: see inks.
     overprint : bool
         Lays inks over each other, up to six. What the light of each is to that of the paper is multiplied; without it every
         place has one ink or none. True, False.
     paper : str, optional
-        Colour of the paper, of the whole page. Inks mix with it, and white marks that are paper have it too. White, black,
-        #rrggbb, #rgb. None: white.
+        Colour of the page. Inks mix with it, and white marks that are paper have it too. White, black, #rrggbb, #rgb. None:
+        white.
     threads : int, optional
         Worker threads; the drawing does not depend on them. 1 to 1,024. None: one a core.
     published : Published

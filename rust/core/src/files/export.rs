@@ -317,7 +317,8 @@ impl Export {
 
     /// The same for an ink alone, without a paper.
     pub(super) fn of_plate(&self, ink: &str) -> Self {
-        Self { only: Only::named(&[ink]), paper: None, no_paper: true, ..self.clone() }
+        // Formats without a style pass over it.
+        Self { only: Only::named(&[ink]), style: Style::Flat, paper: None, no_paper: true, ..self.clone() }
     }
 
     /// Checks that a drawing of this palette can be written so.

@@ -54,7 +54,7 @@ fn cross([x, y]: [f64; 2], mm: f64) -> Area {
                 _ => (v, -u),
             };
             let corner = (rounded(x + u), rounded(y + v));
-            if path.is_empty() { path.move_to(corner) } else { path.line_to(corner) }
+            if path.elements().is_empty() { path.move_to(corner) } else { path.line_to(corner) }
         }
         let (u, v) = [(near, near), (-near, near), (-near, -near), (near, -near)][turn];
         path.line_to((rounded(x + u), rounded(y + v)));

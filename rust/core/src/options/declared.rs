@@ -74,7 +74,7 @@ declare! {
         tolerance: f64 = 0.5, Within(0.0, 2.0), "pixels", Shapes, Everyday, [Outlines];
         /// How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
         wobble: f64 = 0.0, Within(0.0, 1.0), "", Shapes, Everyday, [Outlines];
-        /// How edges wobble. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
+        /// How edges that wobble look. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have corners.
         edge: Edge = Edge::Smooth, Words(Edge::WORDS), "", Shapes, Everyday, [Outlines];
             when |options, _| options.wobble > 0.0;
         /// Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean.
@@ -104,7 +104,7 @@ declare! {
         linear: bool = false, Switch, "", Tones, Everyday, [Tone];
         /// Above 1 lighter, below darker. The tone is raised to the power 1 / gamma.
         gamma: f64 = 1.0, Within(0.1, 10.0), "", Tones, Everyday, [Tone];
-        /// Factor on distances from middle grey.
+        /// Contrast around middle grey. Distances from it are multiplied.
         contrast: f64 = 1.0, Within(0.0, 10.0), "", Tones, Everyday, [Tone];
         /// Swaps black and white in the photo.
         invert: bool = false, Switch, "", Tones, Everyday, [Tone];

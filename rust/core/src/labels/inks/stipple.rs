@@ -2,7 +2,7 @@
 //!
 //! Every dot has the ink of which it stands for the most, with what the dots before it were wrong by: errors are diffused over the dots in
 //! their order, to those that share nodes with them. So the amount of every ink is kept around every dot, and dots of several inks
-//! are mixed evenly. A dot too small to be drawn hands on all that it stands for.
+//! are mixed evenly. No dot has an ink of which it itself stands for next to nothing, and a dot too small to be drawn hands on all.
 
 use rayon::prelude::*;
 
@@ -15,6 +15,10 @@ use crate::labels::stipple::{Dotted, Marks, Parts, Stippled};
 
 /// The most of a part that dots cover: beyond, none has room.
 const MOST_LACK: f64 = 0.55;
+
+/// The share of a label in what a dot itself stands for below which the dot does not have it, whatever others handed it: a black dot
+/// among light grey ones would be seen.
+const LEAST_SHARE: f32 = 0.03;
 
 /// Stipples the smooth parts of a canvas of `width` x `height` pixels in the inks of the mixtures, those of the photo without emphasis.
 /// The rest is as [`stipple`](crate::stages::stipple) has it; of a ground that should have less than its share, dots leave it more.
@@ -71,6 +75,7 @@ fn inks_of(dotted: &Dotted, parts: &Parts, mixtures: &[Mixture]) -> Vec<Option<u
         }
     }
     let (near, offsets) = near(shares, count);
+    let stands = held.clone();
     let mut result = vec![None; count];
     let mut own = [0.0f32; MOST_LABELS];
     for dot in 0..count {
@@ -84,9 +89,11 @@ fn inks_of(dotted: &Dotted, parts: &Parts, mixtures: &[Mixture]) -> Vec<Option<u
             disturb(own, ground, ink, dot);
         }
         if parts.is_drawn(node, inks[dot]) {
+            let stands = &stands[dot * labels..(dot + 1) * labels];
+            let least = LEAST_SHARE * stands.iter().sum::<f32>();
             let mut best = None;
-            for (label, held) in own.iter().enumerate().filter(|(label, _)| *label != usize::from(ground)) {
-                if best.is_none_or(|best| *held > own[best]) {
+            for label in (0..labels).filter(|label| *label != usize::from(ground) && stands[*label] >= least) {
+                if best.is_none_or(|best: usize| own[label] > own[best]) {
                     best = Some(label);
                 }
             }
