@@ -135,8 +135,8 @@ class OptionFields:
         How far edges look drawn by hand. Contours waver, by up to a third of the gaps beside them, and dots are irregular.
         0 to 1.
     edge : {"smooth", "inked", "torn"}
-        How edges wobble. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and have
-        corners. Smooth, inked, torn.
+        How edges that wobble look. Smooth ones waver, inked ones swell and thin as under a pen too, torn ones are rough and
+        have corners. Smooth, inked, torn.
     refine : int
         Sweeps of the refinement of labels at most. With 0 they stay as they were diffused, whatever their mean. 0 to 100
         sweeps.
@@ -162,7 +162,7 @@ class OptionFields:
     gamma : float
         Above 1 lighter, below darker. The tone is raised to the power 1 / gamma. 0.1 to 10.
     contrast : float
-        Factor on distances from middle grey. 0 to 10.
+        Contrast around middle grey. Distances from it are multiplied. 0 to 10.
     invert : bool
         Swaps black and white in the photo. True, False.
     backdrop : {"keep", "soften", "fade", "paper", "ink"}
