@@ -232,9 +232,9 @@ mod tests {
         );
         assert!((500..5000).contains(&bytes), "{message}");
         // Other limits lead to other trials, and the coarsest of them to others by a node or two.
-        let limits = Limits { max_bytes: Some(bytes + bytes / 5), max_points: None, ..Limits::default() };
+        let limits = Limits { max_bytes: Some(bytes + bytes / 4), max_points: None, ..Limits::default() };
         let (found, within) = drawn(&photo(0), &Options::default(), "svg", &limits).unwrap();
-        assert!(within.bytes.unwrap() <= bytes + bytes / 5 && found.drawing.regions.len() > 1, "{within:?}");
+        assert!(within.bytes.unwrap() <= bytes + bytes / 4 && found.drawing.regions.len() > 1, "{within:?}");
         let message = told(&Limits { max_bytes: Some(1_000_000), max_points: Some(1), ..Limits::default() });
         assert!(message.starts_with("max_points is 1, but it must be at least ") && least(&message) < 100, "{message}");
     }
