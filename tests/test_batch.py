@@ -145,15 +145,19 @@ def test_every_flag_of_a_drawing_is_taken() -> None:
         "--min-dot",
         "0.3mm",
     ]
-    words += ["--style", "flat", "--only", "black,white", "--paper", "white", "--elements", "layers", "--dots", "circles"]
-    words += ["--curves", "splines", "--one-bit", "--linear", "--invert"]
+    words += ["--style", "flat", "--only", "black,white", "--elements", "layers", "--dots", "circles"]
+    words += ["--curves", "splines", "--one-bit", "--linear", "--invert", "--registration-marks"]
     words += ["--process", "vinyl", "--min-feature", "1mm", "--min-gap", "1mm", "--min-area", "9mm2", "--islands", "bridge"]
     # The node budget is one or the other, and what is off needs no flag.
     place = words.index("--nodes-per-pixel")
     del words[place : place + 2]
     words = [word for place, word in enumerate(words) if "False" not in (word, words[min(place + 1, len(words) - 1)])]
-    taken = command._parser(with_all=False).parse_intermixed_args(["a.jpg", "-o", "out", *words])
-    named = {flag for flag, *_ in taken.flags}
+    parser = command._parser(with_all=False)
+    taken = parser.parse_intermixed_args(["a.jpg", "-o", "out", *words])
+    # Where there are several inks, they keep no rules.
+    named = {
+        flag for flag, *_ in parser.parse_intermixed_args(["a.jpg", "-o", "out", *words, "--overprint", "--trap", "1mm"]).flags
+    }
     assert named == {name for name, *_ in _core.flags(True)} - {"nodes-per-pixel"}
     recipe = _core.Recipe([word for flag in taken.flags for word in (f"--{flag[0]}", *flag[1:])], ["png", "dxf"])
     assert recipe.options.values()["invert"] is True

@@ -306,7 +306,7 @@ def test_trapped_plates_hold_the_plates_and_grow_in_darker_inks_alone(solid, tmp
         beyond = trap & ~plain
         allowed = np.any(darker, axis=0) if darker else np.zeros_like(plain)
         # A pixel on an edge belongs to either side.
-        assert np.count_nonzero(beyond & ~allowed) <= 2e-4 * plain.size
+        assert np.count_nonzero(beyond & ~allowed) <= 5e-4 * plain.size
         assert beyond.mean() == pytest.approx(trapped(solid, name).area / (solid.width * solid.height), abs=0.002)
     assert np.array_equal(covered["plain-black"], covered["trap-black"])
 
@@ -321,7 +321,7 @@ def test_a_trapped_picture_is_the_same_picture(solid, tmp_path):
     assert [name.split("-")[0] for name in ids] == sorted((name.split("-")[0] for name in ids), key=LIGHTEST_FIRST.index)
     assert {"pink-trap", "blue-trap"} <= set(ids)
     assert "black-trap" not in ids
-    assert np.abs(readers.svg(svg, 960).astype(int) - readers.svg(solid.svg(), 960)).mean() < 0.5
+    assert np.abs(readers.svg(svg, 960).astype(int) - readers.svg(solid.svg(), 960)).mean() < 1
 
 
 # Registration marks -----------------------------------------------------------------------------------------------------------

@@ -225,8 +225,9 @@ def test_every_format_and_setting_is_told_to_the_page(room: Room) -> None:
     assert ready["photo"] is None
     assert ready["fresh"]
     assert {it["suffix"] for it in ready["formats"]} == set(FORMATS)
-    assert {it["name"] for it in ready["settings"]} == set(SETTINGS)
-    assert {it["kind"] for it in ready["settings"]} == {"words", "switch", "length", "page", "number", "color"}
+    # The paper of the file is that of the options.
+    assert {it["name"] for it in ready["settings"]} == set(SETTINGS) - {"paper"}
+    assert {it["kind"] for it in ready["settings"]} == {"words", "switch", "length", "page", "number"}
     assert [it["form"] for it in ready["sources"]] == ["saliency", "none", "constant:V"]
     schema = _core.options_schema()
     # A page has no subject that anything could step back from.

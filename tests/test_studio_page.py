@@ -207,8 +207,8 @@ def test_a_slider_draws_and_the_download_is_the_command_lines(page: Page, folder
         page.keyboard.press("ArrowRight")
     rest(page)
     assert count(page, "stipples") != before
-    happens(lambda: "stippling" in fragment(page))
-    value = float(fragment(page)["stippling"])
+    value = float(page.locator('[data-option="stippling"] input[type=number]').input_value())
+    happens(lambda: float(fragment(page).get("stippling", "0")) == value)
     assert value > 0.5
     data = download(page, tmp_path)
     drawing = gs.draw(folder / "my photo.png", options=gs.Options(stippling=value))
