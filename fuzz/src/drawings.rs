@@ -3,7 +3,7 @@
 //! The judge looks at the polygons of regions and dots, edge by edge and point by point, and knows nothing of how the loader finds
 //! what lies beside what.
 
-use graphstipple_core::stages::{Ink, Inks, Level, Mark, Style, raster, signed_area};
+use graphstipple_core::stages::{Ink, Level, Mark, Only, Style, raster, signed_area};
 use graphstipple_core::{Control, Drawing, Export, Format, load};
 
 use crate::{check_error, memory};
@@ -110,11 +110,13 @@ fn cross(a: [Point; 2], b: [Point; 2]) -> bool {
     !are_apart(a, b) && !are_apart(b, a)
 }
 
-/// Even levels are white, odd ones black, and every mark is painted once.
+/// Of two inks even levels are white, odd ones black; and every mark is painted once.
 fn check_levels(drawing: &Drawing) {
-    let ink_of = |level: u32| if level.is_multiple_of(2) { Ink::WHITE } else { Ink::BLACK };
-    assert!(drawing.regions.iter().all(|region| region.ink == ink_of(region.level)));
-    assert!(drawing.stipples.iter().all(|dot| dot.ink == ink_of(dot.level)));
+    if drawing.palette.len() == 2 {
+        let ink_of = |level: u32| if level.is_multiple_of(2) { Ink::WHITE } else { Ink::BLACK };
+        assert!(drawing.regions.iter().all(|region| region.ink == ink_of(region.level)));
+        assert!(drawing.stipples.iter().all(|dot| dot.ink == ink_of(dot.level)));
+    }
     let painted: usize = drawing.levels().iter().map(|level| level.marks.len()).sum();
     let paper = drawing.regions.iter().filter(|region| region.level == 0).count();
     assert_eq!(painted + paper, drawing.regions.len() + drawing.stipples.len());
@@ -142,7 +144,7 @@ fn check_probes(drawing: &Drawing, rings: &[(Ring, Vec<Ring>)]) {
                 Mark::Stipple(dot) => holds(&dots[dot as usize], p),
             })
         };
-        let layered = levels.iter().rev().find(is_painted).map_or(Ink::WHITE, |level| level.ink);
+        let layered = levels.iter().rev().find(is_painted).map_or(drawing.palette.paper_label(), |level| level.ink);
         assert_eq!(flat, [layered], "what is at {p:?}, flat and layered");
     }
 }
@@ -163,12 +165,11 @@ fn holds(ring: &Ring, p: Point) -> bool {
 
 /// The raster is as light as the marks say.
 fn check_raster(drawing: &Drawing, rings: &[(Ring, Vec<Ring>)]) {
-    let white = (0..drawing.regions.len()).filter(|i| drawing.regions[*i].ink == Ink::WHITE).map(|i| drawing.region_area(i));
-    let of_dots = dots(drawing).zip(&drawing.stipples).filter(|(_, dot)| dot.ink == Ink::WHITE).map(|(dot, _)| signed_area(&dot));
     let canvas = (drawing.width * drawing.height) as f64;
-    let expected = (white.sum::<f64>() + of_dots.sum::<f64>()) / canvas;
+    let regions = (0..drawing.regions.len()).map(|i| (drawing.regions[i].ink, drawing.region_area(i)));
+    let of_dots = dots(drawing).zip(&drawing.stipples).map(|(dot, stipple)| (stipple.ink, signed_area(&dot)));
+    let marks: Vec<(Ink, f64)> = regions.chain(of_dots).collect();
     let raster = raster::rasterize(drawing, Some(MAX_SIDE)).expect("a small raster");
-    let light: f64 = raster.values.iter().map(|value| f64::from(*value)).sum::<f64>() / (255.0 * raster.values.len() as f64);
     // Polygons lie beside the curves, and coverage is counted in steps.
     let length: f64 = rings
         .iter()
@@ -178,7 +179,13 @@ fn check_raster(drawing: &Drawing, rings: &[(Ring, Vec<Ring>)]) {
         .sum();
     let pixel = drawing.width as f64 / raster.width as f64;
     let allowed = 0.004 + length * (drawing.flattening_tolerance() + 0.02 * pixel) / canvas;
-    assert!((light - expected).abs() <= allowed, "the raster is {light}, the marks are {expected}");
+    for channel in 0..raster.channels {
+        let of_mark = |(ink, area): &(Ink, f64)| f64::from(drawing.palette.rgb(*ink)[channel]) / 255.0 * area;
+        let expected = marks.iter().map(of_mark).sum::<f64>() / canvas;
+        let values = raster.values.iter().skip(channel).step_by(raster.channels);
+        let light = values.map(|value| f64::from(*value)).sum::<f64>() / (255.0 * (raster.width * raster.height) as f64);
+        assert!((light - expected).abs() <= allowed, "the raster is {light}, the marks are {expected}");
+    }
 }
 
 /// Every file of it gives it back.
@@ -189,10 +196,17 @@ fn check_files(drawing: &Drawing) {
         load(&writer.write(drawing).expect("it fits"), format, &Control::new()).expect("what was written can be read")
     };
     assert!(again("json", Export::default()) == *drawing, "JSON gives another drawing");
-    for (style, inks) in
-        [(Style::Flat, Inks::Black), (Style::Flat, Inks::White), (Style::Flat, Inks::Both), (Style::Layered, Inks::Black)]
-    {
-        let loaded = again("svg", Export { style, inks, ..Export::default() });
-        assert!(loaded == *drawing, "SVG gives another drawing, {style:?} {inks:?}");
+    let paper = drawing.palette.paper_name().to_owned();
+    let all: Vec<&str> = drawing.palette.inks().iter().map(|ink| ink.name.as_str()).chain([paper.as_str()]).collect();
+    let mut ways = vec![(Style::Flat, Only::default()), (Style::Flat, Only::named(&all))];
+    if drawing.palette.is_black_and_white() {
+        ways.push((Style::Flat, Only::named(&[&paper])));
+    }
+    if !drawing.palette.overprint() {
+        ways.push((Style::Layered, Only::default()));
+    }
+    for (style, only) in ways {
+        let loaded = again("svg", Export { style, only: only.clone(), ..Export::default() });
+        assert!(loaded == *drawing, "SVG gives another drawing, {style:?} {only:?}");
     }
 }

@@ -61,7 +61,7 @@ pub struct Export {
     pub layout: Layout,
     /// Whether a PNG holds black and white alone, one bit a pixel, instead of antialiased grey.
     pub one_bit: bool,
-    /// How far lighter inks spread under darker ones, at most [`WIDEST_TRAP`] mm.
+    /// How far lighter inks spread under darker ones, at most 5 mm.
     pub trap: Option<Length>,
     /// Whether there are registration marks around the drawing.
     pub registration_marks: bool,
