@@ -8,6 +8,7 @@ mod lattice;
 mod tiles;
 mod triangulation;
 
+pub(crate) use cells::cell_means;
 pub use cells::{Cells, TonedCells, cells, lattice_means, owners, samples_per_pixel, toned_cells};
 pub(crate) use cells::{Samples, centroid_of, check_sampling};
 pub use components::{Components, components};

@@ -8,7 +8,7 @@
 use std::borrow::Cow;
 
 use crate::base::{Control, Palette, Result};
-use crate::graph::{TonedCells, Triangulation, samples_per_pixel, toned_cells};
+use crate::graph::{TonedCells, Triangulation, cell_means, samples_per_pixel};
 use crate::inks::{Mixing, Mixture, extract, mixtures};
 use crate::labels::{Inked, Labels, OfInks, label_inks};
 use crate::options::Options;
@@ -45,16 +45,11 @@ pub(super) fn labels_of_inks(
         Ok(if let Some(mask) = photo.subject() { backed(field, mask, options.backdrop) } else { field })
     };
     let samples = samples_per_pixel(options.budget((luma.width() * luma.height()) as f64).density);
-    let of_cells = |a: &Field, b: &Field| toned_cells(sites, a, b, samples, control).map(|cells| [cells.means, cells.plain]);
     let [red, green, blue] = if colour.is_grey() {
-        let grey = channel(0)?;
-        let [grey, _] = of_cells(&grey, &grey)?;
+        let [grey] = cell_means(sites, [&*channel(0)?], samples, control)?;
         [grey.clone(), grey.clone(), grey]
     } else {
-        let [red, green] = of_cells(&*channel(0)?, &*channel(1)?)?;
-        let blue = channel(2)?;
-        let [blue, _] = of_cells(&blue, &blue)?;
-        [red, green, blue]
+        cell_means(sites, [&*channel(0)?, &*channel(1)?, &*channel(2)?], samples, control)?
     };
     let plain: Vec<[f32; 3]> = (0..sites.len()).map(|node| [red[node], green[node], blue[node]]).collect();
     let colours: Vec<[u8; 3]> = palette.labels().map(|label| palette.rgb(label)).collect();

@@ -15,4 +15,5 @@ pub use lattice::lattice_means;
 pub(crate) use raster::Samples;
 pub use sampling::samples_per_pixel;
 pub(crate) use sampling::{centroid_of, check_sampling};
+pub(crate) use voronoi::cell_means;
 pub use voronoi::{Cells, TonedCells, cells, owners, toned_cells};

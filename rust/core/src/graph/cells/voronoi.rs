@@ -110,6 +110,22 @@ pub fn toned_cells(
     Ok(TonedCells { areas, means, plain })
 }
 
+/// The means of several fields of one size, all in one pass: as [`Cells::means`].
+///
+/// # Errors
+/// As [`cells`].
+pub(crate) fn cell_means<const N: usize>(
+    sites: &[[f64; 2]],
+    fields: [&Field; N],
+    samples_per_pixel: usize,
+    control: &Control,
+) -> Result<[Vec<f32>; N]> {
+    let (width, height) = (fields[0].width(), fields[0].height());
+    check_sampling(sites, width, height, samples_per_pixel, &fields)?;
+    let canvas = Samples { sites, width, height, per_pixel: samples_per_pixel };
+    canvas.means(fields, control).map(|(_, means)| means)
+}
+
 /// The owner of every sample: row-major, `width * samples_per_pixel` by `height * samples_per_pixel`.
 ///
 /// # Errors

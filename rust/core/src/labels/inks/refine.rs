@@ -22,7 +22,7 @@ use crate::labels::refine::{Refinement, SETTLED};
 
 /// What crispness and cohesion count here. More leaves fewer mixtures: colours that are farther off, in larger shapes.
 const CRISPNESS: f32 = 0.05;
-const COHESION: f32 = 0.3;
+const COHESION: f32 = 3.0;
 
 /// What red and blue count here, beside the mixtures: less leaves specks of colour where the lightness is right.
 const CHROMA: f32 = 1.6;
