@@ -182,6 +182,7 @@ fn dot(a: Colour, b: Colour) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::noise;
     use crate::diffusion::{Diffusion, diffuse_inks};
     use crate::graph::Lattice;
     use crate::inks::{Mixing, mixtures};
