@@ -119,7 +119,8 @@ mod tests {
             let found: f64 = (0..areas.len()).map(own).sum::<f64>() / total;
             let wanted: f64 =
                 plain.iter().zip(&areas).map(|(mixture, area)| f64::from(mixture.part(label)) * area).sum::<f64>() / total;
-            assert!((found - wanted).abs() < 0.02, "{label}: {found} of {wanted}");
+            // Colours are kept, not shares: inks may stand in for one another.
+            assert!((found - wanted).abs() < 0.04, "{label}: {found} of {wanted}");
         }
     }
 
