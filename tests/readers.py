@@ -97,23 +97,13 @@ def chromium() -> Iterator[Callable[[str, int, int], Grey]]:
             browser.close()
 
 
-def pdf(path: Path, width: int) -> Grey:
-    """Paint the first page of a PDF by pdfium."""
+def pdf(path: Path, width: int, mode: str = "L") -> NDArray[np.uint8]:
+    """Paint the first page of a PDF by pdfium, in grey, or in the colours of another of Pillow's modes."""
     document = pypdfium2.PdfDocument(path)
     try:
         page = document[0]
         # A hair less: pdfium rounds the number of pixels up.
-        return np.asarray(page.render(scale=(width - 1e-3) / page.get_width()).to_pil().convert("L"))
-    finally:
-        document.close()
-
-
-def pdf_in_colour(path: Path, width: int) -> NDArray[np.uint8]:
-    """Paint the first page of a PDF by pdfium, in red, green and blue."""
-    document = pypdfium2.PdfDocument(path)
-    try:
-        page = document[0]
-        return np.asarray(page.render(scale=(width - 1e-3) / page.get_width()).to_pil().convert("RGB"))
+        return np.asarray(page.render(scale=(width - 1e-3) / page.get_width()).to_pil().convert(mode))
     finally:
         document.close()
 

@@ -82,12 +82,26 @@ def test_photos_are_sound_at_small_and_large_tolerances(name: str, tolerance: fl
     check_same_marks(drawing, drawn(name, 0.0))
 
 
+SCATTERED: dict[str, Any] = {
+    "seed": st.integers(0, 2**32 - 1),
+    "n": st.integers(3, 300),
+    "width": st.integers(1, 60),
+    "height": st.integers(1, 60),
+    "share": st.floats(0.0, 1.0),
+}
+
+
+def scattered(
+    seed: int, n: int, width: int, height: int, share: float
+) -> tuple[np.random.Generator, NDArray[np.float64], NDArray[np.uint8]]:
+    """Return sites anywhere on a canvas, labels of which such a share is 1, and the generator that goes on."""
+    random = np.random.default_rng(seed)
+    sites = 0.01 + random.uniform(0, 1, (n, 2)) * (np.array([width, height]) - 0.02)
+    return random, sites, (random.random(n) < share).astype(np.uint8)
+
+
 @given(
-    seed=st.integers(0, 2**32 - 1),
-    n=st.integers(3, 300),
-    width=st.integers(1, 60),
-    height=st.integers(1, 60),
-    share=st.floats(0.0, 1.0),
+    **SCATTERED,
     scale=st.floats(0.1, 4.0),
     tolerance=on_any_tolerance,
 )
@@ -95,9 +109,7 @@ def test_photos_are_sound_at_small_and_large_tolerances(name: str, tolerance: fl
 def test_any_labels_are_sound_at_every_tolerance(  # noqa: PLR0917
     tolerance: float, seed: int, n: int, width: int, height: int, share: float, scale: float
 ) -> None:
-    random = np.random.default_rng(seed)
-    sites = 0.01 + random.uniform(0, 1, (n, 2)) * (np.array([width, height]) - 0.02)
-    labels = (random.random(n) < share).astype(np.uint8)
+    _, sites, labels = scattered(seed, n, width, height, share)
     exact, simple = (
         stages.outline(sites, labels, width, height, stipple_scale=scale, tolerance=value) for value in (0.0, tolerance)
     )
@@ -268,7 +280,7 @@ def test_edges_drawn_by_hand_are_sound_and_keep_the_tone(edge: str, wobble: floa
             {"edge": edge, "wobble": wobble, "seed": 1},
         )
     )
-    assert plain.rasterize().tobytes() == drawn_plain(image)
+    assert plain.rasterize().tobytes() == gs.draw(image).rasterize().tobytes()
     check_picture(wobbly, wobbly.width, wobbly.height)
     assert wobbly.rasterize(800).tobytes() == again.rasterize(800).tobytes() != other.rasterize(800).tobytes()
     assert wobbly.stats["vertices"] == plain.stats["vertices"]
@@ -276,16 +288,8 @@ def test_edges_drawn_by_hand_are_sound_and_keep_the_tone(edge: str, wobble: floa
     assert wobbly.rasterize(800).mean() == pytest.approx(plain.rasterize(800).mean(), abs=2.55)
 
 
-def drawn_plain(image: NDArray[np.uint8]) -> bytes:
-    return gs.draw(image).rasterize().tobytes()
-
-
 @given(
-    seed=st.integers(0, 2**32 - 1),
-    n=st.integers(3, 300),
-    width=st.integers(1, 60),
-    height=st.integers(1, 60),
-    share=st.floats(0.0, 1.0),
+    **SCATTERED,
     wobble=st.floats(0.0, 1.0),
     edge=st.sampled_from(["smooth", "inked", "torn"]),
 )
@@ -293,9 +297,7 @@ def drawn_plain(image: NDArray[np.uint8]) -> bytes:
 def test_any_labels_are_sound_however_edges_wobble(  # noqa: PLR0917
     edge: str, wobble: float, seed: int, n: int, width: int, height: int, share: float
 ) -> None:
-    random = np.random.default_rng(seed)
-    sites = 0.01 + random.uniform(0, 1, (n, 2)) * (np.array([width, height]) - 0.02)
-    labels = (random.random(n) < share).astype(np.uint8)
+    random, sites, labels = scattered(seed, n, width, height, share)
     tones = random.random(n).astype(np.float32)
     outline = stages.outline(sites, labels, width, height, tones=tones, wobble=wobble, edge=edge, seed=seed)
     check_picture(outline, width, height)

@@ -193,10 +193,8 @@ def test_mutants_of_inks_are_drawings_or_refused(kind: str, tmp_path: Path) -> N
         drawing = drawings[seed % len(drawings)]
         ways = ways_of_inks(drawing, overprint=kind == "overprint")
         path.write_text(mutant_of_svg(drawing.svg(**ways[int(random.integers(len(ways)))]), random))
-        try:
-            loaded = gs.load(path)
-        except gs.ImageFileError:
-            refusal(path)
+        loaded = loaded_or_refused(path)
+        if loaded is None:
             continue
         accepted += 1
         try:
@@ -290,6 +288,15 @@ def is_plain(svg: str, drawing: gs.Drawing) -> bool:
     return is_canvas and 'id="paper"' not in svg
 
 
+def loaded_or_refused(path: Path) -> gs.Drawing | None:
+    """Return the drawing of a file, or none where the file is refused in one sentence."""
+    try:
+        return gs.load(path)
+    except gs.ImageFileError:
+        refusal(path)
+        return None
+
+
 def refusal(path: Path) -> str:
     """Return the sentence with which a file is refused."""
     with pytest.raises(gs.ImageFileError) as refused:
@@ -311,10 +318,8 @@ def test_mutants_are_drawings_or_refused(suffix: str, tmp_path: Path) -> None:
         is_svg = suffix == "svg"
         mutant = mutant_of_svg(drawing.svg(**STYLES[style]), random) if is_svg else mutant_of_json(drawing.json(), random)
         path.write_text(mutant)
-        try:
-            loaded = gs.load(path)
-        except gs.ImageFileError:
-            refusal(path)
+        loaded = loaded_or_refused(path)
+        if loaded is None:
             continue
         accepted += 1
         try:

@@ -248,7 +248,7 @@ def test_a_paper_is_on_no_plate_of_an_ink(tmp_path):
 def test_viewers_show_the_mixture(tmp_path, paper):
     drawing = drawn(inks=INKS, overprint=True, **({} if paper is None else {"paper": paper}))
     drawing.save(tmp_path / "all.pdf")
-    shown = readers.pdf_in_colour(tmp_path / "all.pdf", 4 * drawing.width)
+    shown = readers.pdf(tmp_path / "all.pdf", 4 * drawing.width, "RGB")
     ours = drawing.rasterize(4 * drawing.width)
     flat = np.abs(shown.astype(int) - ours).max(axis=2)
     # Multiplied in other values than light, mixtures of two differ a little in their darkest channels.

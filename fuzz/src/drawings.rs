@@ -196,11 +196,10 @@ fn check_files(drawing: &Drawing) {
         load(&writer.write(drawing).expect("it fits"), format, &Control::new()).expect("what was written can be read")
     };
     assert!(again("json", Export::default()) == *drawing, "JSON gives another drawing");
-    let paper = drawing.palette.paper_name().to_owned();
-    let all: Vec<&str> = drawing.palette.inks().iter().map(|ink| ink.name.as_str()).chain([paper.as_str()]).collect();
+    let all: Vec<&str> = drawing.palette.names().collect();
     let mut ways = vec![(Style::Flat, Only::default()), (Style::Flat, Only::named(&all))];
     if drawing.palette.is_black_and_white() {
-        ways.push((Style::Flat, Only::named(&[&paper])));
+        ways.push((Style::Flat, Only::named(&[drawing.palette.paper_name()])));
     }
     if !drawing.palette.overprint() {
         ways.push((Style::Layered, Only::default()));

@@ -175,15 +175,15 @@ class OptionFields:
         Inks, with commas between them. Up to 15, each a colour, with a name before it if it has one, as in
         "#1d1d1b,pink=#ff48b0". White, black, #rrggbb, #rgb. None: black.
     levels : int, optional
-        Greys evenly apart. Black and white are among them. Another way to say inks. 2 to 16 greys. None: see inks.
+        Greys of even spacing. Black and white are among them. Another way to say inks. 2 to 16 greys. None: see inks.
     extract_inks : int, optional
         Inks of the photo's own. So many are taken from its colours. Another way to say inks. 1 to 15 inks. None: see inks.
     overprint : bool
         Lays inks over each other, up to six. What the light of each is to that of the paper is multiplied; without it every
         place has one ink or none. True, False.
     paper : str, optional
-        Colour of the page. Inks mix with it, and white marks that are paper have it too. White, black, #rrggbb, #rgb. None:
-        white.
+        Colour of the whole page. Inks mix with it, and white marks that are paper have it too. White, black, #rrggbb, #rgb.
+        None: white.
     threads : int, optional
         Worker threads; the drawing does not depend on them. 1 to 1,024. None: one a core.
     published : Published

@@ -162,7 +162,7 @@ function listInput(rule, labels, read, set) {
     const labelled = make("input", { ...attributes, ...described });
     const invalid = make("p", { class: "gs-invalid", id: invalidId, "aria-live": "polite" });
     const swatches = make("div", { class: "gs-swatches" });
-    const state = { items: [], shown: null };
+    const state = { items: [] };
     const typed = () => {
         const value = read(labelled.value);
         labelled.setAttribute("aria-invalid", String(value === undefined));
@@ -193,13 +193,12 @@ function listInput(rule, labels, read, set) {
         const count = state.items.length;
         state.items = value ? value.split(",").map((item) => item.trim()) : [];
         const pickers = [...swatches.querySelectorAll("input")];
-        if (state.shown === null || count !== state.items.length) {
+        if (count !== state.items.length) {
             swatches.replaceChildren(...state.items.map(swatch), more);
         } else {
             // What is being picked stays open.
             pickers.forEach((picker, index) => (picker.value = sixDigits(state.items[index].split("=").at(-1))));
         }
-        state.shown = value;
         more.disabled = state.items.length >= MOST_INKS;
     };
     swatches.append(more);

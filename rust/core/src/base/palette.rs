@@ -130,6 +130,11 @@ impl Palette {
         &self.inks
     }
 
+    /// The names of the inks, in the order of their numbers, and that of the paper behind the last.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.inks.iter().map(|ink| ink.name.as_str()).chain([self.paper_name()])
+    }
+
     /// The colour of the paper, sRGB in 8 bits.
     pub fn paper(&self) -> [u8; 3] {
         self.paper

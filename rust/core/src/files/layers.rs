@@ -150,9 +150,10 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Whether the page has a colour.
-    pub(super) fn has_paper(&self) -> bool {
-        self.grounds.iter().any(|ground| ground.covers_page)
+    /// What an ink of this colour is painted with: one that multiplies with the page's paper is on it what it is.
+    pub(super) fn painted(&self, rgb: [u8; 3], palette: &Palette) -> [u8; 3] {
+        let has_paper = self.grounds.iter().any(|ground| ground.covers_page);
+        if self.multiply && has_paper { palette.multiplied(rgb) } else { rgb }
     }
 }
 
@@ -210,13 +211,11 @@ impl Drawing {
         let paper = paper.map(|paper| ground(paper.rgb(), true)).or_else(|| needed.map(|rgb| ground(rgb, false)));
         let underlay = Ground { id: "underlay", label: "Underlay", rgb: BLACK, covers_page: false };
         let has_underlay = style == Style::Flat && drawn == Drawn::Both;
-        let mut layers = match style {
-            Style::Layered => self.layered(),
-            Style::Flat => self.flat(drawn),
+        let rgb = |ink: Ink| colours[ink.index()];
+        let layers = match style {
+            Style::Layered => self.layered(rgb),
+            Style::Flat => self.flat(drawn, rgb),
         };
-        for layer in &mut layers {
-            layer.rgb = colours[layer.ink.index()];
-        }
         let grounds = paper.into_iter().chain(has_underlay.then_some(underlay)).collect();
         Ok(Layers { grounds, layers, multiply: false, overprint: false })
     }
@@ -226,18 +225,12 @@ impl Drawing {
         let needed = (style == Style::Layered).then(|| ground(self.palette.paper(), false));
         let mut layers = Vec::new();
         if style == Style::Layered {
-            layers = self.layered();
-            for layer in &mut layers {
-                layer.rgb = self.palette.rgb(layer.ink);
-            }
+            layers = self.layered(|label| self.palette.rgb(label));
         } else {
             for number in numbers {
                 let plate = self.plate(*number)?;
-                layers.extend(plate.flat(Drawn::Black).into_iter().map(|layer| Layer {
-                    ink: Ink::of_label(*number as u8),
-                    rgb: plate.palette.inks()[0].rgb,
-                    ..layer
-                }));
+                let of_plate = plate.flat(Drawn::Black, |_| plate.palette.inks()[0].rgb);
+                layers.extend(of_plate.into_iter().map(|layer| Layer { ink: Ink::of_label(*number as u8), ..layer }));
             }
         }
         let grounds = paper.map(|paper| ground(paper.rgb(), true)).or(needed).into_iter().collect();
@@ -245,7 +238,7 @@ impl Drawing {
         Ok(Layers { grounds, layers, multiply, overprint: multiply })
     }
 
-    fn layered(&self) -> Vec<Layer> {
+    fn layered(&self, rgb: impl Fn(Ink) -> [u8; 3]) -> Vec<Layer> {
         let mut layers = Vec::new();
         for level in self.levels() {
             let number = level.level;
@@ -257,7 +250,7 @@ impl Drawing {
                         id: format!("level-{number}-{}-{kind}", self.palette.name(level.ink)),
                         label: format!("Level {number}: {} {kind}", self.palette.name(level.ink)),
                         ink: level.ink,
-                        rgb: BLACK,
+                        rgb: rgb(level.ink),
                         areas: marks.iter().map(|mark| self.area(*mark, false)).collect(),
                     });
                 }
@@ -266,7 +259,7 @@ impl Drawing {
         layers
     }
 
-    fn flat(&self, drawn: Drawn) -> Vec<Layer> {
+    fn flat(&self, drawn: Drawn, rgb: impl Fn(Ink) -> [u8; 3]) -> Vec<Layer> {
         let is_drawn =
             |ink: Ink| matches!((drawn, ink), (Drawn::Both, _) | (Drawn::Black, Ink::BLACK) | (Drawn::White, Ink::WHITE));
         let mut layers = Vec::new();
@@ -279,7 +272,13 @@ impl Drawing {
                 if !areas.is_empty() {
                     let name = self.palette.name(ink);
                     let capital = capitalized(&name);
-                    layers.push(Layer { id: format!("{name}-{kind}"), label: format!("{capital} {kind}"), ink, rgb: BLACK, areas });
+                    layers.push(Layer {
+                        id: format!("{name}-{kind}"),
+                        label: format!("{capital} {kind}"),
+                        ink,
+                        rgb: rgb(ink),
+                        areas,
+                    });
                 }
             }
         }

@@ -187,13 +187,9 @@ impl Role {
             "underlay" if is_plain => return Some(Self::Underlay),
             _ => {}
         }
-        let number = |name: &str| {
-            let number = palette.inks().iter().position(|ink| ink.name == name);
-            number.or_else(|| (name == palette.paper_name()).then_some(palette.inks().len()))
-        };
         let kind_of = |level: u32, name: &str| {
             let (ink, kind) = name.rsplit_once('-')?;
-            let ink = Ink::of_label(number(ink)? as u8);
+            let ink = Ink::of_label(palette.names().position(|name| name == ink)? as u8);
             let is_dots = ["regions", "stipples"].iter().position(|known| *known == kind)? == 1;
             Some(Kind { level, ink, is_dots })
         };

@@ -108,10 +108,8 @@ struct Inking<'a> {
 
 fn inking<'a>(layers: &'a Layers, drawing: &Drawing) -> Inking<'a> {
     let mut separations = layers.separations(&drawing.palette);
-    if layers.multiply && layers.has_paper() {
-        for (_, rgb) in separations.iter_mut().filter(|(name, _)| *name != ALL) {
-            *rgb = drawing.palette.multiplied(*rgb);
-        }
+    for (_, rgb) in separations.iter_mut().filter(|(name, _)| *name != ALL) {
+        *rgb = layers.painted(*rgb, &drawing.palette);
     }
     let blending = if layers.multiply { BlendMode::Multiply } else { BlendMode::Normal };
     Inking { separations, blending: layers.overprint.then_some(blending) }

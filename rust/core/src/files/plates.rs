@@ -140,8 +140,9 @@ impl Writer {
     /// As [`Writer::check_palette`]; [`Error::Option`](crate::Error::Option) for a style that draws inks over each other.
     pub fn plates(&self, palette: &Palette) -> Result<Vec<Plate>> {
         self.check_plates()?;
+        let names: Vec<&str> = palette.names().collect();
         let plate = |ink: usize| {
-            let name = palette.inks().get(ink).map_or(palette.paper_name(), |ink| &ink.name).to_owned();
+            let name = names[ink].to_owned();
             let writer = Self { format: self.format, export: self.export.of_plate(&name).check()? };
             writer.check_palette(palette)?;
             Ok(Plate { name, ink, writer })

@@ -135,6 +135,18 @@ struct Laid {
     change: [i32; 3],
 }
 
+/// What of a label is painted in colours. What is laid beside its marks is painted with them, as one: no seam shows, and what that adds
+/// to the label is what it covers.
+struct OfLabel {
+    /// The label's marks, and behind them what is laid beside these.
+    batches: Vec<Polygons>,
+    /// How many are of the marks.
+    own: usize,
+    colour: [u8; 3],
+    /// The change of colour where something is laid.
+    change: [i32; 3],
+}
+
 /// The same in colours, one for every label: what every label covers of a pixel is summed up, so that where two meet no third shows.
 fn painted_in(
     drawing: &Drawing,
@@ -153,27 +165,23 @@ fn painted_in(
         };
         of_labels[ink.index()].push(mark);
     }
-    let flat = |marks: &[Mark]| {
-        let batches = marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window, true)).collect();
-        Flattened { ink: Ink::WHITE, batches }
+    let flat = |marks: &[Mark]| -> Vec<Polygons> {
+        marks.par_chunks(BATCH).map(|marks| flatten_batch(drawing, scale, marks, window, true)).collect()
     };
-    // What is laid beside a label is painted with it, as one: no seam shows, and what that adds to the label is what it covers.
-    let with_label = |laid: &Laid| {
-        let mut both = flat(&of_labels[laid.label.index()]);
-        both.batches.append(&mut flattened_areas(&laid.areas, scale).batches);
-        (flat(&of_labels[laid.label.index()]), both, laid.change)
+    let of_label = |label: usize| {
+        let mut batches = flat(&of_labels[label]);
+        let own = batches.len();
+        let laid = laid.iter().find(|laid| laid.label.index() == label);
+        batches.extend(laid.map(|laid| flattened_areas(&laid.areas, scale)));
+        OfLabel { batches, own, colour: colours[label], change: laid.map_or([0; 3], |laid| laid.change) }
     };
-    let laid: Vec<(Flattened, Flattened, [i32; 3])> = laid.iter().map(with_label).collect();
-    let flattened: Vec<([u8; 3], Flattened)> = (of_labels.iter().zip(colours))
-        .filter(|(marks, _)| !marks.is_empty())
-        .map(|(marks, colour)| (*colour, flat(marks)))
-        .collect();
+    let flattened: Vec<OfLabel> = (0..colours.len()).filter(|label| !of_labels[*label].is_empty()).map(of_label).collect();
     let mut values = vec![0u8; 3 * width * height];
     values.par_chunks_mut(3 * width * rows).enumerate().for_each(|(band, values)| {
         let mut covered = vec![0u8; values.len() / 3];
         let mut sums = vec![[0i32; 4]; covered.len()];
-        for (colour, flattened) in &flattened {
-            paint_band(std::slice::from_ref(flattened), Color::BLACK, width, band * rows, &mut covered);
+        for OfLabel { batches, own, colour, change } in &flattened {
+            paint_band([(Ink::WHITE, &batches[..*own])], Color::BLACK, width, band * rows, &mut covered);
             for (sum, covered) in sums.iter_mut().zip(&covered).filter(|(_, covered)| **covered > 0) {
                 let covered = i32::from(*covered);
                 for channel in 0..3 {
@@ -181,15 +189,14 @@ fn painted_in(
                 }
                 sum[3] += covered;
             }
-        }
-        for (label, both, change) in &laid {
-            let mut before = vec![0u8; covered.len()];
-            paint_band(std::slice::from_ref(label), Color::BLACK, width, band * rows, &mut before);
-            paint_band(std::slice::from_ref(both), Color::BLACK, width, band * rows, &mut covered);
-            for (sum, (covered, before)) in sums.iter_mut().zip(covered.iter().zip(before)) {
-                let more = i32::from(covered.saturating_sub(before));
-                for channel in 0..3 {
-                    sum[channel] += more * change[channel];
+            if *own < batches.len() {
+                let mut both = vec![0u8; covered.len()];
+                paint_band([(Ink::WHITE, &batches[..])], Color::BLACK, width, band * rows, &mut both);
+                for (sum, (both, covered)) in sums.iter_mut().zip(both.iter().zip(&covered)) {
+                    let more = i32::from(both.saturating_sub(*covered));
+                    for channel in 0..3 {
+                        sum[channel] += more * change[channel];
+                    }
                 }
             }
         }
@@ -313,26 +320,24 @@ fn to_png_of_inks(drawing: &Drawing, export: &Export, placement: &PixelPlacement
 }
 
 /// Registration marks in pixels of the page, if they are asked for.
-fn marks(export: &Export, placement: &PixelPlacement) -> Option<Flattened> {
+fn marks(export: &Export, placement: &PixelPlacement) -> Option<Polygons> {
     if !export.registration_marks {
         return None;
     }
     let ([across, down], [left, top]) = (placement.drawing, placement.origin);
     let per_inch = placement.dpi.unwrap_or(PX_PER_INCH);
     let areas = registration::marks([across as f64, down as f64], per_inch / 25.4);
-    let mut flat = flattened_areas(&areas, [1.0; 2]);
-    for polygons in &mut flat.batches {
-        polygons.points.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + left as f32, *y + top as f32));
-        polygons.outlines.iter_mut().for_each(|outline| {
-            outline.top += top as f32;
-            outline.bottom += top as f32;
-        });
-    }
-    Some(flat)
+    let mut polygons = flattened_areas(&areas, [1.0; 2]);
+    polygons.points.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + left as f32, *y + top as f32));
+    polygons.outlines.iter_mut().for_each(|outline| {
+        outline.top += top as f32;
+        outline.bottom += top as f32;
+    });
+    Some(polygons)
 }
 
 /// Areas as what is painted, of so many pixels to one of the canvas.
-fn flattened_areas(areas: &[Area], scale: [f64; 2]) -> Flattened {
+fn flattened_areas(areas: &[Area], scale: [f64; 2]) -> Polygons {
     let mut polygons = Polygons { points: Vec::new(), outlines: Vec::new() };
     let tolerance = CURVE_TOLERANCE / scale[0].max(scale[1]);
     for area in areas {
@@ -352,15 +357,15 @@ fn flattened_areas(areas: &[Area], scale: [f64; 2]) -> Flattened {
             polygons.push(scale, points.into_iter());
         }
     }
-    Flattened { ink: Ink::WHITE, batches: vec![polygons] }
+    polygons
 }
 
 /// Paints marks over the pixels of a page: what becomes of each, by how much of it is covered, of 255.
-fn paint_marks<T: Copy + Send>(page: &mut [T], width: usize, marks: &Flattened, paint: impl Fn(T, u8) -> T + Sync) {
+fn paint_marks<T: Copy + Send>(page: &mut [T], width: usize, marks: &Polygons, paint: impl Fn(T, u8) -> T + Sync) {
     let rows = rows_of_a_band(width);
     page.par_chunks_mut(width * rows).enumerate().for_each(|(band, pixels)| {
         let mut covered = vec![0u8; pixels.len()];
-        paint_band(std::slice::from_ref(marks), Color::BLACK, width, band * rows, &mut covered);
+        paint_band([(Ink::WHITE, std::slice::from_ref(marks))], Color::BLACK, width, band * rows, &mut covered);
         for (pixel, covered) in pixels.iter_mut().zip(covered).filter(|(_, covered)| *covered > 0) {
             *pixel = paint(*pixel, covered);
         }
@@ -707,20 +712,27 @@ fn flatten_batch(drawing: &Drawing, scale: [f64; 2], marks: &[Mark], window: Opt
 fn paint(levels: &[Flattened], width: usize, height: usize, rows: usize) -> Vec<u8> {
     let mut values = vec![0u8; width * height];
     values.par_chunks_mut(width * rows).enumerate().for_each(|(band, values)| {
-        paint_band(levels, Color::WHITE, width, band * rows, values);
+        let shown = levels.iter().map(|level| (level.ink, &level.batches[..]));
+        paint_band(shown, Color::WHITE, width, band * rows, values);
     });
     values
 }
 
-/// Paints the rows from `first_row` that `values` holds, on a ground.
-fn paint_band(levels: &[Flattened], ground: Color, width: usize, first_row: usize, values: &mut [u8]) {
+/// Paints the rows from `first_row` that `values` holds, on a ground: batches in black or white, one after the other.
+fn paint_band<'a>(
+    levels: impl IntoIterator<Item = (Ink, &'a [Polygons])>,
+    ground: Color,
+    width: usize,
+    first_row: usize,
+    values: &mut [u8],
+) {
     let rows = values.len() / width;
     let (top, bottom) = (first_row as f32, (first_row + rows) as f32);
     let mut pixmap = Pixmap::new(width as u32, rows as u32).expect("a band has pixels, and fewer than 2^26 of them");
     pixmap.fill(ground);
-    for level in levels {
+    for (ink, batches) in levels {
         let mut builder = PathBuilder::new();
-        for batch in &level.batches {
+        for batch in batches {
             for outline in batch.outlines.iter().filter(|outline| outline.bottom > top && outline.top < bottom) {
                 push_within(&mut builder, &batch.points[outline.begin..outline.end], top, bottom);
             }
@@ -728,7 +740,7 @@ fn paint_band(levels: &[Flattened], ground: Color, width: usize, first_row: usiz
         // An empty level, or one whose outlines all fell onto a point or a line, has no path.
         let Some(path) = builder.finish() else { continue };
         let mut paint = Paint { anti_alias: true, ..Paint::default() };
-        paint.set_color(match level.ink {
+        paint.set_color(match ink {
             Ink::BLACK => Color::BLACK,
             _ => Color::WHITE,
         });

@@ -92,8 +92,8 @@ fn told_palette(palette: &Palette, only: &Only) -> Result<String> {
     let overprint = if overprint { " overprint=\"true\"" } else { "" };
     let numbers = only.of(palette)?;
     let is_all = numbers.iter().copied().eq(0..palette.inks().len());
-    let name = |number: usize| palette.inks().get(number).map_or(palette.paper_name(), |ink| &ink.name);
-    let names: Vec<&str> = numbers.into_iter().map(name).collect();
+    let names: Vec<&str> =
+        palette.names().enumerate().filter(|(number, _)| numbers.contains(number)).map(|(_, name)| name).collect();
     let only = if is_all { String::new() } else { format!(" only=\"{}\"", names.join(",")) };
     Ok(format!(" inks=\"{}\" paper=\"{paper}\"{overprint}{only}", inks.join(",")))
 }
@@ -140,7 +140,7 @@ impl Writer<'_> {
     fn layer(&mut self, layer: &Layer) {
         // Marks for whoever prints are of no ink's colour.
         let multiplies = self.layers.multiply && !layer.is_registration();
-        let rgb = if multiplies && self.layers.has_paper() { self.palette.multiplied(layer.rgb) } else { layer.rgb };
+        let rgb = if multiplies { self.layers.painted(layer.rgb, self.palette) } else { layer.rgb };
         // A layer has marks of one kind.
         let has_dots = layer.areas.iter().any(|area| matches!(area.mark, Some(Mark::Stipple(_))));
         let has_strokes = has_dots && self.export.dots == Dots::Strokes;

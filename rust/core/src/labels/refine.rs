@@ -47,13 +47,13 @@ impl Refinement {
 }
 
 /// How far the shift first moves, as a multiple of what the mean is off.
-pub(super) const FIRST_GAIN: f64 = 1.5;
+const FIRST_GAIN: f64 = 1.5;
 
 /// Nodes are shifted by up to this share more or less, each by its own: those of one flat tone would all turn at once, or none.
-pub(super) const UNEVENNESS: f64 = 0.2;
+const UNEVENNESS: f64 = 0.2;
 
 /// And by up to this much whatever the shift: in flat middle grey nodes are exactly undecided.
-pub(super) const LEAST_UNEVENNESS: f64 = 0.005;
+const LEAST_UNEVENNESS: f64 = 0.005;
 
 /// Sweeps end when no more than this share of the nodes has changed, and the mean is right.
 pub(super) const SETTLED: f64 = 1e-3;

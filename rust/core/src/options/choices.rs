@@ -83,11 +83,10 @@ impl Only {
     /// # Errors
     /// [`Error::Option`] for a name that is none of the palette's.
     pub fn of(&self, palette: &Palette) -> Result<Vec<usize>> {
-        let inks = palette.inks();
         if self.is_all() {
-            return Ok((0..inks.len()).collect());
+            return Ok((0..palette.inks().len()).collect());
         }
-        let all: Vec<&str> = inks.iter().map(|ink| ink.name.as_str()).chain([palette.paper_name()]).collect();
+        let all: Vec<&str> = palette.names().collect();
         let number = |name: &String| {
             let allowed = || format!("inks of the drawing or its paper, with commas between them: {}", all.join(", "));
             all.iter().position(|known| known == name).ok_or_else(|| Error::option("only", self, allowed()))

@@ -118,7 +118,7 @@ declare! {
         /// "#1d1d1b,pink=#ff48b0".
         inks: Option<InkList> = None, Rule::Inks, "", Inks, Everyday, [Labels];
             absent "off", "black";
-        /// Greys evenly apart. Black and white are among them. Another way to say inks.
+        /// Greys of even spacing. Black and white are among them. Another way to say inks.
         levels: Option<u32> = None, Whole(2, 16), "greys", Inks, Everyday, [Labels];
             absent "off", "see inks";
         /// Inks of the photo's own. So many are taken from its colours. Another way to say inks.
@@ -128,7 +128,7 @@ declare! {
         /// has one ink or none.
         overprint: bool = false, Switch, "", Inks, Everyday, [Labels];
             when |options, _| options.wants_colour();
-        /// Colour of the page. Inks mix with it, and white marks that are paper have it too.
+        /// Colour of the whole page. Inks mix with it, and white marks that are paper have it too.
         paper: Option<Color> = None, Rule::Color, "", Inks, Everyday, [Labels];
             absent "none", "white";
             when |options, _| options.wants_colour();

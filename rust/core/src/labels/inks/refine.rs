@@ -188,12 +188,12 @@ mod tests {
     use crate::inks::{Mixing, mixtures};
     use crate::options::{LatticeKind, Options};
 
-    fn refined(colour: impl Fn(&[f64; 2]) -> [f32; 3], mixing: &Mixing, tolerance: f64) -> (Vec<Mixture>, Vec<u8>) {
+    fn refined(colour: impl Fn(&[f64; 2]) -> [f32; 3], mixing: &Mixing) -> (Vec<Mixture>, Vec<u8>) {
         let graph = Lattice::new(LatticeKind::Hexagonal, 120, 120, 1.0).unwrap().to_graph();
         let (options, control) = (Options::default(), Control::new());
         let mixed = mixtures(&graph.sites.iter().map(colour).collect::<Vec<_>>(), mixing);
         let mut labels = diffuse_inks(&graph, &mixed, mixing, None, &Diffusion::of_tone(&options), &control).unwrap();
-        let parameters = Refinement { sweeps: 20, mean: Some((0.5, tolerance)), ..Refinement::of(&options, None) };
+        let parameters = Refinement { sweeps: 20, ..Refinement::of(&options, None) };
         let grounds = vec![NO_GROUND; mixed.len()];
         refine_inks(&graph, (&mixed, mixing), &vec![1.0; mixed.len()], &grounds, &mut labels, &parameters, &control).unwrap();
         (mixed, labels)
@@ -209,7 +209,7 @@ mod tests {
         for count in [2, 3, 6, 15, 64] {
             let mixing = palette(count);
             let colour = |[x, y]: &[f64; 2]| [x / 120.0, y / 120.0, 0.5 + 0.4 * (0.1 * x).sin()].map(|v| v as f32);
-            let (mixed, labels) = refined(colour, &mixing, 0.01);
+            let (mixed, labels) = refined(colour, &mixing);
             for label in 0..count as u8 {
                 let found = labels.iter().filter(|own| **own == label).count() as f64 / labels.len() as f64;
                 let part = mixed.iter().map(|mixture| f64::from(mixture.part(label))).sum::<f64>() / labels.len() as f64;
@@ -222,7 +222,7 @@ mod tests {
     fn what_is_of_one_ink_stays_so_and_grounds_keep_their_labels() {
         let mixing = Mixing::new(&[[0; 3], [255, 0, 0], [0, 0, 255], [255; 3]], false).unwrap();
         let colour = |[x, _]: &[f64; 2]| if *x < 60.0 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
-        let (mixed, labels) = refined(colour, &mixing, 0.01);
+        let (mixed, labels) = refined(colour, &mixing);
         assert!(mixed.iter().zip(&labels).all(|(mixture, label)| mixture.largest() == *label));
         let graph = Lattice::new(LatticeKind::Square, 10, 10, 1.0).unwrap().to_graph();
         let count = graph.sites.len();
@@ -244,7 +244,7 @@ mod tests {
         let colour = |[x, y]: &[f64; 2]| [0.5 + 0.5 * (12.9 * x + 78.2 * y).sin(), x / 120.0, y / 120.0].map(|v| v as f32);
         let [one, three] = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| refined(colour, &mixing, 0.01))
+            pool.install(|| refined(colour, &mixing))
         });
         assert!(one == three);
     }
